@@ -30,6 +30,7 @@ NAMES = (
     "accuracy_estimation",
     "accuracy_online",
     "accuracy_explore",
+    "accuracy_map",
     "accuracy_recursion",
     "accuracy_lines",
     "accuracy_planes",

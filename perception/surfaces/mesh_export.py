@@ -21,6 +21,7 @@ from facetlog.perception.whole_file import write_whole
 
 __all__ = [
     "add_faces",
+    "face_colour",
     "face_triangles",
     "graph_bytes",
     "mesh_bytes",
@@ -92,7 +93,8 @@ def _turn_up(graph: trimesh.Scene, up: FloatArray | None) -> None:
         _apply(graph, _turned_up(up))
 
 
-def _colour(index: int) -> NDArray[np.uint8]:
+def face_colour(index: int) -> NDArray[np.uint8]:
+    """Red, green, blue and opacity (4,) of what has a number: neighbours in number differ."""
     rgb = colorsys.hsv_to_rgb(index * HUE_STEP % 1.0, SATURATION, BRIGHTNESS)
     return np.array([*(round(255 * c) for c in rgb), 255], dtype=np.uint8)
 
@@ -106,7 +108,7 @@ def _face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
             mesh = trimesh.Trimesh(
                 corners,
                 rows.reshape(-1, 3),
-                face_colors=np.tile(_colour(face.index), (len(triangles), 1)),
+                face_colors=np.tile(face_colour(face.index), (len(triangles), 1)),
                 process=False,
             )
             yield f"f{face.index + 1}", mesh

@@ -94,6 +94,8 @@ class Request:
     optics: Optics | None
     mount: Mount
     start: Pose2
+    start_stated: bool = True
+    """Whether the user said where the robot stands; else the world's origin is there."""
     head: str = "sony-evi-d30"
     head_port: str = "aux1"
     head_unheard: bool = False
@@ -411,6 +413,7 @@ def _about(
         "camera": camera,
         "head": request.head,
         "start": [start.x, start.y, math.degrees(start.heading)],
+        "start_stated": request.start_stated,
         "began": time.time(),
         **explored,
     }

@@ -16,6 +16,7 @@ from facetlog.commands.classify import classify_command
 from facetlog.commands.collect import collect_command
 from facetlog.commands.doctor import doctor_command
 from facetlog.commands.explain import why_command, why_not_command
+from facetlog.commands.map import map_command
 from facetlog.commands.mat.app import mat_app
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
@@ -321,6 +322,7 @@ def demo_command(
 app.command("classify")(classify_command)
 app.command("collect")(collect_command)
 app.command("record")(record_command)
+app.command("map")(map_command)
 app.command("mount")(mount_command)
 app.command("query")(query_command)
 app.command("doctor")(doctor_command)

@@ -158,6 +158,7 @@ def collect_command(
         optics,
         DEFAULT_MOUNT if mount is None else read_mount(mount),
         parsed_start(start),
+        start_stated=start is not None,
         head=head,
         head_port=head_port,
         head_unheard=head_unheard,

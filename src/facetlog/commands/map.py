@@ -1,0 +1,105 @@
+"""`facetlog map`: the map of a room from one or several collections."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.errors import InputError
+from facetlog.output_folder import check_replaceable
+from facetlog.terminal import showing_progress, warn
+
+if TYPE_CHECKING:
+    from facetlog.mapping.room_map import RoomMap
+    from facetlog.mapping.same_thing import MappedThing
+
+__all__ = ["map_command", "map_lines"]
+
+# The side of a cell, metres, as in floor_grid.py, which is loaded with the command.
+DEFAULT_SIDE = 0.05
+
+
+@command
+def map_command(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="DIR…", help="What `facetlog collect` has left, of several visits."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="OUT", help="Folder for the map in all its forms."),
+    ] = None,
+    resolution: Annotated[
+        float, typer.Option("--resolution", metavar="M", help="Side of a cell of the floor, m.")
+    ] = DEFAULT_SIDE,
+    aligned: Annotated[
+        bool,
+        typer.Option("--aligned", help="The robot began each visit at one place and heading."),
+    ] = False,
+    models: Models = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+) -> int:
+    """Maps a room: things with pose and verdict, and the floor. Exit code 1: there is no thing.
+
+    With -o: map.png, map.json, map.glb, and for ROS map.pgm with map.yaml.
+    """
+    from facetlog.mapping.map_files import write_map
+    from facetlog.mapping.map_record import map_json
+    from facetlog.mapping.room_map import map_of
+    from facetlog.output_folder import output_folder
+    from facetlog.pipeline import open_models
+
+    if not (math.isfinite(resolution) and resolution > 0.0):
+        raise InputError(f"--resolution {resolution}: give the side of a cell in metres, above 0")
+    if out is not None:
+        check_replaceable(out)
+    with open_models(tuple(models or ()), trusted=trust) as base, showing_progress() as progress:
+        room = map_of(folders, base, side=resolution, aligned=aligned, progress=progress)
+    for note in room.notes:
+        warn(note)
+    if out is not None:
+        about: dict[str, object] = {"command": "map", "visits": list(map(str, folders))}
+        with output_folder(out, about) as made:
+            write_map(room, made)
+    if as_json:
+        typer.echo(map_json(room), nl=False)
+    else:
+        for line in map_lines(room):
+            typer.echo(line)
+    return YES if room.things else NO
+
+
+def map_lines(room: "RoomMap") -> list[str]:
+    """What is on the map, in words."""
+    from facetlog.counted import many
+    from facetlog.mapping.floor_grid import Cell
+
+    floor = room.floor
+    unseen = sum(floor.area(state) for state in (Cell.UNSEEN, Cell.PASSED))
+    count = many(len(room.things), "thing")
+    views = many(len(room.taken), "view")
+    head = (
+        f"{count} from {views} of {many(len(room.visits), 'visit')}; floor free "
+        f"{floor.area(Cell.FREE):.1f} m², occupied {floor.area(Cell.OCCUPIED):.1f} m², "
+        f"not seen {unseen:.1f} m²"
+    )
+    return [head, *map(_thing_line, room.things)]
+
+
+def _thing_line(thing: "MappedThing") -> str:
+    best = thing.best
+    x, y, heading = best.pose.tolist()
+    sds = [math.sqrt(max(float(v), 0.0)) for v in best.cov.diagonal()]
+    length, width, height = best.lengths
+    what = "no model matches"
+    if best.said:
+        first = best.said[0]
+        what = f"{first.model} ({first.sure:.0%})"
+    return (
+        f"{thing.name} {what}: at {x:.3f} ± {sds[0]:.3f}, {y:.3f} ± {sds[1]:.3f} m, "
+        f"heading {math.degrees(heading):.1f}° ± {math.degrees(sds[2]):.1f}°, "
+        f"{length.value:.3f} × {width.value:.3f} × {height.value:.3f} m"
+    )

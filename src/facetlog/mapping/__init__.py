@@ -1,0 +1,1 @@
+"""The map of a room: which things stand where, and which floor is free, occupied or unseen."""

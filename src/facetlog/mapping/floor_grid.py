@@ -1,0 +1,243 @@
+"""The floor as cells: free, occupied, or nobody looked.
+
+- Free is floor that the camera saw: points of the ground that several views show (seen_ground.py),
+  whose lines of sight end on it. Free is also where the robot's body was.
+- Occupied is what stands within the outlines of things, whatever is seen beneath them.
+- Sonars look at one height, some 20 cm. Where most of their beams ended, something is: that counts
+  as occupied, unless the camera saw the floor there. Where most of them passed, nothing is of that
+  height, which does not make the floor free: that is a state of its own.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.errors import InputError
+from facetlog.mapping.sonar_beams import Beam
+from facetlog.perception.scene import SeenLattice
+from facetlog.perception.types import FloatArray
+from facetlog.robot.pose2 import Pose2
+
+__all__ = ["RESOLUTION", "Cell", "FloorGrid", "Seen", "floor_grid"]
+
+RESOLUTION = 0.05
+"""The side of a cell, metres, as maps of robots usually have it."""
+# So many cells of unseen floor lie round all that is known.
+BORDER = 1
+# A grid of more cells is a mistake in its unit, or a view that looks at the horizon.
+MOST_CELLS = 25_000_000
+# Half of a sonar's beam: it is some 30 degrees wide (Pioneer 2 manual).
+HALF_BEAM = math.radians(15.0)
+# Places of an arc that say how far it reaches.
+FEW = 5
+
+
+class Cell(IntEnum):
+    """What is known of a cell."""
+
+    UNSEEN = 0
+    PASSED = 1
+    """Only sonars looked there, and found nothing at their height."""
+    FREE = 2
+    OCCUPIED = 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seen:
+    """What a map's floor is made from, in the world, metres.
+
+    `lattices` are points of the ground and which views show them; `way` are the robot's places, of
+    a circle of `radius`; `plans` are those of things; `beams` those of sonars.
+    """
+
+    lattices: tuple[SeenLattice, ...] = ()
+    way: tuple[Pose2, ...] = ()
+    radius: float = 0.0
+    plans: tuple[shapely.Geometry, ...] = ()
+    beams: tuple[Beam, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FloorGrid:
+    """Cells (rows, columns) of `Cell`; row 0 is at the lowest y, column 0 at the lowest x.
+
+    `low` (2,) is the corner of cell (0, 0) in the world, `side` that of a cell, metres.
+    """
+
+    cells: NDArray[np.uint8]
+    low: tuple[float, float]
+    side: float
+
+    def area(self, state: Cell) -> float:
+        """How much floor is in a state, m²."""
+        return float((self.cells == state).sum()) * self.side**2
+
+    @property
+    def high(self) -> tuple[float, float]:
+        """The corner opposite to `low`."""
+        rows, columns = self.cells.shape
+        return self.low[0] + columns * self.side, self.low[1] + rows * self.side
+
+    @property
+    def middles(self) -> FloatArray:
+        """The middles (rows, columns, 2) of the cells."""
+        rows, columns = self.cells.shape
+        x = self.low[0] + (np.arange(columns) + 0.5) * self.side
+        y = self.low[1] + (np.arange(rows) + 0.5) * self.side
+        return np.stack(np.meshgrid(x, y), axis=-1)
+
+    def at(self, x: float, y: float) -> Cell:
+        """The state of a place; unseen outside of the grid."""
+        column, row = (
+            math.floor((v - o) / self.side) for v, o in zip((x, y), self.low, strict=True)
+        )
+        rows, columns = self.cells.shape
+        inside = 0 <= row < rows and 0 <= column < columns
+        return Cell(int(self.cells[row, column])) if inside else Cell.UNSEEN
+
+
+def floor_grid(
+    seen: Seen,
+    side: float = RESOLUTION,
+    area: tuple[float, float, float, float] | None = None,
+) -> FloorGrid:
+    """The floor of what was seen, or of an `area`: x and y of its lowest corner, width, height."""
+    coarse = [_shown(lattice, np.inf) for lattice in seen.lattices]
+    low, high = _extent(seen, coarse) if area is None else _corners(area)
+    first = np.floor(low / side).astype(int) - (0 if area else BORDER)
+    columns, rows = (np.ceil(high / side).astype(int) + (0 if area else BORDER) - first).tolist()
+    if rows * columns > MOST_CELLS:
+        raise InputError(
+            f"the map would have {columns} × {rows} cells of {side:g} m: give a larger --resolution"
+        )
+    canvas = _Canvas(first * side, side, (rows, columns))
+    hits, passes = np.zeros((2, rows, columns), np.int32)
+    for beam in seen.beams:
+        canvas.add_beam(beam, hits, passes)
+    cells = np.full((rows, columns), Cell.UNSEEN, np.uint8)
+    cells[passes > hits] = Cell.PASSED
+    cells[(hits > 0) & (hits >= passes)] = Cell.OCCUPIED
+    free = canvas.bodies(seen.way, seen.radius)
+    for lattice in seen.lattices:
+        free |= canvas.holding(_shown(lattice, side))
+    cells[free] = Cell.FREE
+    cells[canvas.filled(seen.plans)] = Cell.OCCUPIED
+    return FloorGrid(cells, (float(first[0] * side), float(first[1] * side)), side)
+
+
+def _shown(lattice: SeenLattice, side: float) -> FloatArray:
+    """Points (n, 2) of the floor that are shown, as dense as cells ask for."""
+    shown = lattice.shown.any(axis=0)
+    at = np.argwhere(shown)
+    pitch = float(np.linalg.norm(lattice.steps[0]))
+    # Each point stands for the square round it; several to a cell where cells are smaller.
+    parts = max(math.ceil(pitch / side), 1)
+    offsets = (np.arange(parts) + 0.5) / parts - 0.5
+    fine = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+    places = (at[:, None] + fine).reshape(-1, 2) @ lattice.steps + lattice.corner
+    flat: FloatArray = places[:, :2]
+    return flat
+
+
+def _corners(area: tuple[float, float, float, float]) -> tuple[FloatArray, FloatArray]:
+    x, y, width, height = area
+    return np.array([x, y]), np.array([x + width, y + height])
+
+
+def _extent(seen: Seen, points: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """The lowest and highest corner (2,) of all that is known."""
+    boxes = [(*p.min(axis=0), *p.max(axis=0)) for p in points if len(p)]
+    boxes += [shapely.bounds(plan) for plan in seen.plans]
+    boxes += [
+        (p.x - seen.radius, p.y - seen.radius, p.x + seen.radius, p.y + seen.radius)
+        for p in seen.way
+    ]
+    for beam in seen.beams:
+        ring = _sector(beam, FEW)
+        boxes.append((*ring.min(axis=0), *ring.max(axis=0)))
+    if not boxes:
+        return np.zeros(2), np.zeros(2)
+    found = np.array(boxes, dtype=np.float64)
+    return found[:, :2].min(axis=0), found[:, 2:].max(axis=0)
+
+
+def _sector(beam: Beam, count: int) -> FloatArray:
+    """Where a beam begins, and so many places of the arc on which it ends (count + 1, 2)."""
+    angles = beam.heading + np.linspace(-HALF_BEAM, HALF_BEAM, count)
+    begin = np.array([beam.x, beam.y])
+    arc = beam.range * np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.vstack([begin, begin + arc])
+
+
+class _Canvas:
+    """Shapes into cells whose middles they hold."""
+
+    def __init__(self, low: FloatArray, side: float, shape: tuple[int, int]) -> None:
+        self._low, self._side, self._shape = low, side, shape
+
+    def holding(self, points: FloatArray) -> NDArray[np.bool_]:
+        """The cells in which at least one of the points (n, 2) lies."""
+        found = np.zeros(self._shape, np.bool_)
+        column, row = np.floor((points - self._low) / self._side).astype(int).T
+        inside = (row >= 0) & (row < self._shape[0]) & (column >= 0) & (column < self._shape[1])
+        found[row[inside], column[inside]] = True
+        return found
+
+    def bodies(self, way: Sequence[Pose2], radius: float) -> NDArray[np.bool_]:
+        """Where the robot's body was."""
+        if not way or radius <= 0.0:
+            return np.zeros(self._shape, np.bool_)
+        line = [(p.x, p.y) for p in way]
+        path = (
+            shapely.linestrings([*line, line[-1]]) if len(line) == 1 else shapely.linestrings(line)
+        )
+        return self.filled([shapely.buffer(path, radius)], touched=False)
+
+    def filled(
+        self, shapes: Sequence[shapely.Geometry], *, touched: bool = True
+    ) -> NDArray[np.bool_]:
+        """The cells that shapes touch, or else whose middles they hold."""
+        found = np.zeros(self._shape, np.bool_)
+        for shape in shapes:
+            low_x, low_y, high_x, high_y = shapely.bounds(shape)
+            first = np.floor((np.array([low_x, low_y]) - self._low) / self._side).astype(int)
+            last = np.floor((np.array([high_x, high_y]) - self._low) / self._side).astype(int)
+            (c0, r0), (c1, r1) = (
+                np.maximum(first, 0),
+                np.minimum(last, np.array(self._shape)[::-1] - 1),
+            )
+            if r1 < r0 or c1 < c0:
+                continue
+            x = self._low[0] + np.arange(c0, c1 + 1) * self._side
+            y = self._low[1] + np.arange(r0, r1 + 1) * self._side
+            across, up = np.meshgrid(x, y)
+            shapely.prepare(shape)
+            if touched:
+                boxes = shapely.box(across, up, across + self._side, up + self._side)
+                inside = shapely.intersects(shape, boxes)
+            else:
+                half = self._side / 2
+                inside = shapely.contains_xy(shape, across + half, up + half)
+            found[r0 : r1 + 1, c0 : c1 + 1] |= inside
+        return found
+
+    def add_beam(self, beam: Beam, hits: NDArray[np.int32], passes: NDArray[np.int32]) -> None:
+        """Counts a beam where it passed, and where it ended."""
+        count = max(2, math.ceil(2 * HALF_BEAM * beam.range / self._side))
+        ring = _sector(beam, count)
+        # OpenCV's pixels are at whole numbers: a cell's middle is one.
+        pixels = np.rint((ring - self._low) / self._side - 0.5).astype(np.int32)
+        mask = np.zeros(self._shape, np.uint8)
+        cv2.fillPoly(mask, [pixels], 1)
+        at_end = np.zeros(self._shape, np.uint8)
+        cv2.polylines(at_end, [pixels[1:]], False, 1)
+        ended = at_end.view(np.bool_)
+        passes += mask.view(np.bool_) & ~ended
+        if beam.echo:
+            hits += ended

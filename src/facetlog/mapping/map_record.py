@@ -1,0 +1,183 @@
+"""The map as JSON, `facetlog-map/1`, and its JSON Schema; metres, radians, x and y on the floor."""
+
+import json
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+
+from facetlog.mapping.floor_grid import Cell, FloorGrid
+from facetlog.mapping.placed_thing import Length, PlacedThing
+from facetlog.mapping.same_thing import MappedThing
+
+if TYPE_CHECKING:
+    from facetlog.mapping.room_map import RoomMap
+
+__all__ = ["SIGNS", "MapRecord", "map_json", "map_schema"]
+
+SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+SIGNS = {Cell.UNSEEN: " ", Cell.PASSED: ":", Cell.FREE: ".", Cell.OCCUPIED: "#"}
+"""How cells of the floor are written."""
+
+NotNegative = Annotated[FiniteFloat, Field(ge=0.0)]
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+Row3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Point = tuple[FiniteFloat, FiniteFloat]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class LengthRecord(_Record):
+    """A length and its standard deviation, metres."""
+
+    value: FiniteFloat
+    sd: NotNegative
+
+
+class PoseRecord(_Record):
+    """The middle of the least rectangle round the plan, and the heading of its longer side.
+
+    `covariance` is of x, y and heading (radians). After a turn by `turns_alike` (radians) the
+    rectangle looks the same.
+    """
+
+    x: FiniteFloat
+    y: FiniteFloat
+    heading: FiniteFloat
+    covariance: tuple[Row3, Row3, Row3]
+    turns_alike: FiniteFloat
+
+
+class SizeRecord(_Record):
+    """Sides of the least rectangle round the plan, and the height over the floor."""
+
+    length: LengthRecord
+    width: LengthRecord
+    height: LengthRecord
+
+
+class SaidRecord(_Record):
+    """A model that holds, how sure that is, and all of it in a line."""
+
+    model: str
+    sure: Share
+    summary: str
+
+
+class SightingRecord(_Record):
+    """A thing of a scene that is this one, or a part of it: where it was seen, and as what.
+
+    `thing` is its name in that scene; `standard_deviations` its Mahalanobis distance from the pose.
+    """
+
+    visit: str
+    thing: str
+    models: tuple[str, ...]
+    standard_deviations: NotNegative
+
+
+class ThingRecord(_Record):
+    """A thing: where, how large, what; `outline` is the convex hull of its plan."""
+
+    name: str
+    model: str | None
+    verdicts: tuple[SaidRecord, ...]
+    pose: PoseRecord
+    size: SizeRecord
+    outline: tuple[Point, ...]
+    sightings: tuple[SightingRecord, ...]
+
+
+class FloorRecord(_Record):
+    """The floor in square cells of `resolution`; `origin` is the corner of the first one of `rows`.
+
+    A row is along x, the next one is higher in y. A space is a cell that nobody saw, `.` is free,
+    `#` occupied, and `:` one that only sonars looked at and found nothing in at their height.
+    `areas` are in square metres.
+    """
+
+    resolution: FiniteFloat
+    origin: Point
+    rows: tuple[str, ...]
+    areas: dict[str, NotNegative]
+
+
+class MapRecord(_Record):
+    """The map of a room from one or several visits."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-map/1")
+
+    format: Literal["facetlog-map/1"] = Field(alias="schema")
+    visits: tuple[str, ...]
+    views: NonNegativeInt
+    things: tuple[ThingRecord, ...]
+    floor: FloorRecord
+    notes: tuple[str, ...]
+
+
+def map_json(room: "RoomMap") -> str:
+    """The map as one JSON object."""
+    record = MapRecord(
+        schema="facetlog-map/1",
+        visits=room.visits,
+        views=len(room.taken),
+        things=tuple(map(_thing, room.things)),
+        floor=_floor(room.floor),
+        notes=room.notes,
+    )
+    return record.model_dump_json(by_alias=True, indent=1) + "\n"
+
+
+def map_schema() -> str:
+    """The JSON Schema, as docs/map.schema.json holds it."""
+    schema = {"$schema": SCHEMA_DIALECT, **MapRecord.model_json_schema()}
+    return json.dumps(schema, indent=2) + "\n"
+
+
+def _thing(thing: MappedThing) -> ThingRecord:
+    from facetlog.mapping.same_thing import distance
+
+    best = thing.best
+    x, y, heading = best.pose.tolist()
+    length, width, height = map(_length, best.lengths)
+    return ThingRecord(
+        name=thing.name,
+        model=thing.model or None,
+        verdicts=tuple(SaidRecord(model=s.model, sure=s.sure, summary=s.line) for s in best.said),
+        pose=PoseRecord(
+            x=x,
+            y=y,
+            heading=math.remainder(heading, math.tau),
+            covariance=best.cov.tolist(),
+            turns_alike=best.box.turns_alike,
+        ),
+        size=SizeRecord(length=length, width=width, height=height),
+        outline=tuple(map(tuple, best.outline.tolist())),
+        sightings=tuple(_sighting(seen, distance(best, seen)) for seen in thing.seen),
+    )
+
+
+def _sighting(seen: PlacedThing, off: float) -> SightingRecord:
+    visit, name = seen.source
+    return SightingRecord(
+        visit=visit,
+        thing=name,
+        models=tuple(said.model for said in seen.said),
+        standard_deviations=off,
+    )
+
+
+def _length(length: Length) -> LengthRecord:
+    return LengthRecord(value=length.value, sd=length.sd)
+
+
+def _floor(floor: FloorGrid) -> FloorRecord:
+    signs = [SIGNS[state] for state in Cell]
+    return FloorRecord(
+        resolution=floor.side,
+        origin=floor.low,
+        rows=tuple("".join(signs[cell] for cell in row) for row in floor.cells.tolist()),
+        areas={state.name.lower(): floor.area(state) for state in Cell},
+    )

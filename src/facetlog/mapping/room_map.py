@@ -1,0 +1,158 @@
+"""The map of a room from the scenes of one or several visits."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.errors import FacetlogError, InputError
+from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
+from facetlog.mapping.placed_thing import PlacedThing, placed_things
+from facetlog.mapping.same_thing import Clash, MappedThing, merged
+from facetlog.mapping.visit import Visit, check_aligned, grouped_views, read_visit
+from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.perception.step_clock import StepClock
+from facetlog.robot.collecting.record import LOG_FILE, Taken
+from facetlog.robot.pose2 import Pose2
+
+if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.pipeline import Progress
+
+__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "scene_part"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ScenePart:
+    """What one scene gives to a map: its things in the world, and the ground that it shows."""
+
+    things: tuple[PlacedThing, ...]
+    lattices: tuple[SeenLattice, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RoomMap:
+    """Things and floor of a room in the world of the visits; metres, radians, z up.
+
+    `notes` say what was left out, and what visits say otherwise.
+    """
+
+    visits: tuple[str, ...]
+    things: tuple[MappedThing, ...]
+    floor: FloorGrid
+    ways: tuple[tuple[Pose2, ...], ...]
+    taken: tuple[Taken, ...]
+    notes: tuple[str, ...] = ()
+
+
+def map_of(
+    folders: Sequence[Path],
+    base: "KnowledgeBase",
+    *,
+    side: float = RESOLUTION,
+    aligned: bool = False,
+    progress: "Progress | None" = None,
+) -> RoomMap:
+    """The map of what collections' folders hold; `side` is that of a cell of the floor, metres.
+
+    With `aligned` their worlds count as one though nobody said so. InputError for a folder that is
+    no collection's, or where worlds are not known to be one.
+    """
+    visits = [_visit(folder) for folder in dict.fromkeys(folders)]
+    if not aligned:
+        check_aligned(visits)
+    parts: list[ScenePart] = []
+    notes: list[str] = []
+    names = _names(visits)
+    for visit, name in zip(visits, names, strict=True):
+        sets = grouped_views(visit)
+        if not sets:
+            notes.append(f"{visit.folder} has too few views to find a face in")
+        for number, view_set in enumerate(sets, start=1):
+            if progress is not None:
+                progress(f"scenes of {name}", number, len(sets))
+            try:
+                parts.append(scene_part(view_set, name, base))
+            except FacetlogError as exc:
+                notes.append(f"{visit.folder}: {exc}")
+    return mapped_room(visits, names, parts, side=side, notes=notes)
+
+
+def mapped_room(
+    visits: Sequence[Visit],
+    names: Sequence[str],
+    parts: Sequence[ScenePart],
+    *,
+    side: float = RESOLUTION,
+    area: tuple[float, float, float, float] | None = None,
+    notes: Iterable[str] = (),
+) -> RoomMap:
+    """The map of visits, of which the scenes are there already."""
+    things, clashes = merged(thing for part in parts for thing in part.things)
+    way = tuple(place for visit in visits for place in visit.way)
+    seen = Seen(
+        tuple(lattice for part in parts for lattice in part.lattices),
+        way,
+        max((visit.driven.radius for visit in visits), default=0.0),
+        tuple(thing.best.plan for thing in things),
+        tuple(beam for visit in visits for beam in visit.driven.beams),
+    )
+    return RoomMap(
+        tuple(names),
+        things,
+        floor_grid(seen, side, area),
+        tuple(visit.way for visit in visits),
+        tuple(view for visit in visits for view in visit.taken),
+        (*notes, *map(_clash_line, clashes)),
+    )
+
+
+def scene_part(view_set: "ViewSet", visit: str, base: "KnowledgeBase") -> ScenePart:
+    """What the views of one set give to a map; FacetlogError where they make no scene."""
+    from facetlog.pipeline import recognize_views
+
+    found = recognize_views(view_set, base=base, clock=StepClock())
+    errors = view_set.pose_errors
+    return ScenePart(
+        placed_things(
+            found.scene,
+            found.recognition,
+            visit,
+            () if errors is None else errors.poses,
+            None if errors is None else errors.covariances,
+        ),
+        _ground(found.scene),
+    )
+
+
+def _ground(scene: Scene) -> tuple[SeenLattice, ...]:
+    return scene.seen_ground
+
+
+def _visit(folder: Path) -> Visit:
+    if not (folder / LOG_FILE).is_file():
+        raise InputError(f"{folder} holds no collection: give what `facetlog collect` has left")
+    return read_visit(folder)
+
+
+def _names(visits: Sequence[Visit]) -> list[str]:
+    """The folders' names; of equal ones the whole paths."""
+    names = [visit.name for visit in visits]
+    return [
+        str(visit.folder) if names.count(name) > 1 else name
+        for visit, name in zip(visits, names, strict=True)
+    ]
+
+
+def _clash_line(clash: Clash) -> str:
+    one, other = clash.one, clash.other
+    what = one.said[0].model if one.said else "thing"
+    x, y = one.pose[:2].tolist()
+    return (
+        f"{other.source[0]} has the {what} at {x:.2f}, {y:.2f} m "
+        f"{clash.off:.2f} m and {math.degrees(clash.turned):.0f}° elsewhere than "
+        f"{one.source[0]}, {clash.distance:.1f} standard deviations: it was moved, or the worlds "
+        "of the two are not one (--start)"
+    )

@@ -1,0 +1,200 @@
+"""Which things of several scenes are one: by the Mahalanobis distance of their poses and sizes.
+
+What stands where another thing stands cannot be a second one: a thing of which a view showed only
+a part, as its top, has another middle than the whole, but most of it lies within the whole.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
+
+from facetlog.mapping.placed_thing import PlacedThing
+from facetlog.mapping.plan_box import PlanBox
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Clash", "MappedThing", "distance", "fused", "merged"]
+
+# The gate: of one thing's poses and sizes 3 in 1,000 are farther apart by chance, as of 3 sd.
+GATE_SHARE = 0.9973
+GATE_SDS = 3.0
+# More than this share of the lesser of two things lies within the other: then they are one.
+MOST = 0.5
+# What two surfaces that meet may share by their noise alone: so many standard deviations.
+REACH_SDS = 3.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MappedThing:
+    """One thing of the room: its `best` estimate, and all that was seen of it, in its scenes."""
+
+    name: str
+    best: PlacedThing
+    seen: tuple[PlacedThing, ...]
+
+    @property
+    def model(self) -> str:
+        """The name that fits best; empty where no model holds."""
+        return self.best.said[0].model if self.best.said else ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Clash:
+    """Two visits that saw one thing at places that are farther apart than they are unsure.
+
+    `distance` is Mahalanobis', metres and radians are `off` and `turned`.
+    """
+
+    one: PlacedThing
+    other: PlacedThing
+    distance: float
+    off: float
+    turned: float
+
+
+def distance(one: PlacedThing, other: PlacedThing) -> float:
+    """The Mahalanobis distance of two things' poses (x, y, heading), with their headings as near
+    as what looks the same allows.
+
+    Errors that both have in common would make it larger; they are counted twice.
+    """
+    return _distance(_apart(one, other), one.cov + other.cov)
+
+
+def merged(
+    things: Iterable[PlacedThing],
+) -> tuple[tuple[MappedThing, ...], tuple[Clash, ...]]:
+    """Each thing once, in the order of how sure its names are, and what contradicts that.
+
+    Things of one scene are merged where they stand in each other, too: a drawer block that was told
+    apart from its desk is a part of it.
+    """
+    ranked = sorted(things, key=_rank)
+    kept: list[list[PlacedThing]] = []
+    clashes = []
+    for thing in ranked:
+        for group in kept:
+            first = group[0]
+            if _is_same(first, thing):
+                if first.source[0] != thing.source[0]:
+                    group[0] = fused(first, thing)
+                group.append(thing)
+                break
+            if _shared(first, thing) > MOST:
+                if first.source[0] != thing.source[0] and _alike(first, thing):
+                    clashes.append(_clash(first, thing))
+                group.append(thing)
+                break
+        else:
+            kept.append([thing, thing])
+    return (
+        tuple(MappedThing(f"m{k}", g[0], tuple(g[1:])) for k, g in enumerate(kept, start=1)),
+        tuple(clashes),
+    )
+
+
+def _rank(thing: PlacedThing) -> tuple[float, float, tuple[str, str]]:
+    """What a model fits comes first, of those what was seen most of."""
+    return -float(bool(thing.said)), -round(thing.seen, 9), thing.source
+
+
+def _turn(one: PlacedThing, other: PlacedThing) -> float:
+    """By how much the other's heading is turned, as little as what looks the same allows."""
+    alike = min(one.box.turns_alike, other.box.turns_alike)
+    return math.remainder(float(other.pose[2] - one.pose[2]), alike)
+
+
+def _apart(one: PlacedThing, other: PlacedThing) -> FloatArray:
+    return np.array([*(other.pose - one.pose)[:2], _turn(one, other)])
+
+
+def _distance(apart: FloatArray, cov: FloatArray) -> float:
+    return float(np.sqrt(max(float(apart @ np.linalg.pinv(cov, hermitian=True) @ apart), 0.0)))
+
+
+def _is_same(one: PlacedThing, other: PlacedThing) -> bool:
+    """Whether both may be estimates of one pose and one size."""
+    gate = math.sqrt(float(chi2.ppf(GATE_SHARE, 3)))
+    return _alike(one, other) and distance(one, other) <= gate
+
+
+def _alike(one: PlacedThing, other: PlacedThing) -> bool:
+    """Whether the sizes agree; of plans that may be turned by a quarter, either way round."""
+    first = _lengths(one)
+    quarter = min(one.box.turns_alike, other.box.turns_alike) < math.pi
+    ways = ((0, 1, 2), (1, 0, 2)) if quarter else ((0, 1, 2),)
+    for order in ways:
+        second = _lengths(other)[list(order)]
+        sds = np.hypot(first[:, 1], second[:, 1])
+        if (np.abs(first[:, 0] - second[:, 0]) <= GATE_SDS * sds).all():
+            return True
+    return False
+
+
+def _lengths(thing: PlacedThing) -> FloatArray:
+    return np.array([(each.value, each.sd) for each in thing.lengths])
+
+
+def _shared(one: PlacedThing, other: PlacedThing) -> float:
+    """Which share of the lesser lies within the greater, as upright prisms over their hulls.
+
+    Each is as much larger as it is unsure where it is: of a sheet there would be nothing.
+    """
+    reach = REACH_SDS * math.sqrt(float((one.cov + other.cov)[:2, :2].trace()) / 2)
+    reach = max(reach, float(np.finfo(np.float32).eps))
+    plans = [thing.plan.buffer(reach, quad_segs=2) for thing in (one, other)]
+    in_plan = shapely.area(shapely.intersection(*plans)) / min(shapely.area(p) for p in plans)
+    sd = math.hypot(one.high.sd, other.high.sd)
+    spans = [(t.low - REACH_SDS * sd, t.high.value + REACH_SDS * sd) for t in (one, other)]
+    least = min(high - low for low, high in spans)
+    both = min(spans[0][1], spans[1][1]) - max(spans[0][0], spans[1][0])
+    return float(in_plan * max(both, 0.0) / least) if least > 0 else float(in_plan)
+
+
+def _clash(one: PlacedThing, other: PlacedThing) -> Clash:
+    apart = _apart(one, other)
+    off = float(np.hypot(*apart[:2]))
+    return Clash(one, other, distance(one, other), off, abs(float(apart[2])))
+
+
+def fused(one: PlacedThing, other: PlacedThing) -> PlacedThing:
+    """The first with the pose that both estimates give together, by covariance intersection.
+
+    Two runs of one robot share errors that are not known, as of its mount: this estimate is
+    consistent whatever they share (Julier and Uhlmann 1997). P⁻¹ = ω A⁻¹ + (1 - ω) B⁻¹ with the ω
+    that makes P's determinant least.
+    """
+    a, b = (np.linalg.pinv(thing.cov, hermitian=True) for thing in (one, other))
+
+    def cov_of(share: float) -> FloatArray:
+        return np.linalg.pinv(share * a + (1 - share) * b, hermitian=True)
+
+    found = minimize_scalar(
+        lambda share: np.linalg.det(cov_of(share)), bounds=(0.0, 1.0), method="bounded"
+    )
+    share = min((0.0, float(found.x), 1.0), key=lambda each: np.linalg.det(cov_of(each)))
+    cov = cov_of(share)
+    step = cov @ ((1 - share) * b) @ _apart(one, other)
+    values = one.box.values.copy()
+    values[:3] += step
+    own = one.box.cov.copy()
+    # All of it counts as in common from here on: what is each one's own is not told apart.
+    own[:3, :] = own[:, :3] = 0.0
+    outline = _moved(one.outline, one.pose, values[:3])
+    corners = one.triangles.reshape(-1, 3)
+    level = _moved(corners[:, :2], one.pose, values[:3])
+    triangles = np.column_stack([level, corners[:, 2]]).reshape(-1, 3, 3)
+    box = PlanBox(values, own)
+    return replace(one, box=box, common=(cov + cov.T) / 2, outline=outline, triangles=triangles)
+
+
+def _moved(points: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Points (n, 2) of what was at one pose (3,) and is at another."""
+    turn = float(after[2] - before[2])
+    c, s = math.cos(turn), math.sin(turn)
+    moved: FloatArray = (points - before[:2]) @ np.array([[c, s], [-s, c]]) + after[:2]
+    return moved

@@ -1,0 +1,101 @@
+"""What a robot's sonars measured during a collection, from the log of its traffic."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from facetlog.errors import DeviceError, InputError
+from facetlog.regular_file import read_regular_text
+from facetlog.robot.collecting.run import TRAFFIC_FILE
+from facetlog.robot.pioneer.connecting import Connected
+from facetlog.robot.pioneer.replay import replay, replayed_states
+from facetlog.robot.pose2 import Pose2
+
+__all__ = ["Beam", "Driven", "driven"]
+
+FARTHEST = 5.0
+"""Metres; what a sonar reports where nothing echoes (Pioneer 2 manual)."""
+# From 0.1 m on (Pioneer 2 manual), right to 1 cm: what it reports nearer may be at any distance.
+NEAREST = 0.12
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """One measurement: from where in the world, which way, how far, and whether anything echoed."""
+
+    x: float
+    y: float
+    heading: float
+    range: float
+    echo: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What the logs of a collection's runs say: its sonars' beams, and the radius of the robot."""
+
+    beams: tuple[Beam, ...] = ()
+    radius: float = 0.0
+
+
+def driven(folder: Path, starts: tuple[tuple[float, Pose2], ...]) -> Driven:
+    """The beams of a collection in the world, and its robot's radius; nothing without a log.
+
+    `starts` are when each run began (seconds since 1970) and where the robot then stood. A session
+    that came to no run, as of a robot that could not be opened, is left out. InputError for a log
+    that cannot be read.
+    """
+    path = folder / TRAFFIC_FILE
+    if not path.is_file():
+        return Driven()
+    beams: list[Beam] = []
+    radius = 0.0
+    for session, start in _sessions(path, starts):
+        opened: list[Connected] = []
+        try:
+            for beam in _beams(path, session, start, opened):
+                beams.append(beam)  # noqa: PERF402 - what came before a fault is kept
+        except DeviceError:
+            pass  # a session that ends before its first report
+        if opened:
+            radius = max(radius, opened[0].parameters.radius)
+    return Driven(tuple(beams), radius)
+
+
+def _beams(path: Path, session: int, start: Pose2, opened: list[Connected]) -> Iterator[Beam]:
+    """Each measurement once, from where the robot was when it was reported."""
+    known: dict[int, float] = {}
+    for state in replayed_states(replay(path, session), connected=opened.append):
+        robot = start.compose(state.pose)
+        for sonar in state.sonars:
+            place = sonar.place
+            if place is None or known.get(sonar.index) == sonar.at:
+                continue
+            known[sonar.index] = sonar.at
+            if sonar.range < NEAREST:
+                continue
+            at = robot.compose(Pose2(place.x, place.y, place.heading))
+            farthest = sonar.range >= FARTHEST
+            yield Beam(at.x, at.y, at.heading, min(sonar.range, FARTHEST), not farthest)
+
+
+def _sessions(path: Path, starts: tuple[tuple[float, Pose2], ...]) -> Iterator[tuple[int, Pose2]]:
+    """The session of each run: the last one that was opened before the run began."""
+    try:
+        lines = read_regular_text(path).splitlines()
+    except (OSError, UnicodeDecodeError) as exc:
+        raise InputError(f"{path}: cannot be read ({exc})") from exc
+    opened = []
+    for number, line in enumerate(lines, 1):
+        if '"start"' not in line:
+            continue
+        try:
+            opened.append(datetime.fromisoformat(str(json.loads(line)["start"])).timestamp())
+        except (ValueError, KeyError, TypeError) as exc:
+            raise InputError(f"{path}:{number}: is no line of a traffic log") from exc
+    for began, start in starts:
+        before = [k for k, at in enumerate(opened) if at <= began]
+        if before:
+            yield before[-1], start

@@ -1,0 +1,125 @@
+"""A collection's folder as the map takes it: its runs, its way, and its views in groups."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.errors import InputError
+from facetlog.mapping.sonar_beams import Driven, driven
+from facetlog.mapping.view_groups import view_groups
+from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.robot.collecting.record import (
+    TRANSFORMS_FILE,
+    WAY_FILE,
+    Taken,
+    read_log,
+    read_record,
+    read_robot_tum,
+)
+from facetlog.robot.pose2 import Pose2
+
+if TYPE_CHECKING:
+    from facetlog.perception.reading.read_views import ViewSet
+
+__all__ = ["START_STATED", "Visit", "check_aligned", "grouped_views", "read_visit"]
+
+START_STATED = "start_stated"
+"""Of a run's first line in collect.jsonl: whether the user said where the robot stood."""
+
+
+NOT_LOGGED = Driven()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Visit:
+    """One collection: its folder, its views as they were taken, and the way between them.
+
+    `stated` says whether the user said where the robot stood in the world.
+    """
+
+    folder: Path
+    taken: tuple[Taken, ...]
+    way: tuple[Pose2, ...]
+    stated: bool
+    driven: Driven = NOT_LOGGED
+
+    @property
+    def name(self) -> str:
+        """What the map calls it."""
+        return self.folder.resolve().name or str(self.folder)
+
+
+def read_visit(folder: Path) -> Visit:
+    """The visit of a folder that `facetlog collect` left; InputError for another one."""
+    _, taken = read_record(folder)
+    lines = read_log(folder)
+    runs = [line for line in lines if "schema" in line]
+    path = folder / WAY_FILE
+    way = tuple(place for _, place in read_robot_tum(path)) if path.is_file() else ()
+    return Visit(
+        folder,
+        taken,
+        way or tuple(view.robot for view in taken),
+        _is_stated(runs[0]) if runs else False,
+        driven(folder, tuple(_start(run, folder) for run in runs)),
+    )
+
+
+def _start(run: Mapping[str, object], folder: Path) -> tuple[float, Pose2]:
+    match run:
+        case {"start": [float() | int() as x, float() | int() as y, float() | int() as heading]}:
+            began = run.get("began")
+            at = float(began) if isinstance(began, int | float) else 0.0
+            return at, Pose2(float(x), float(y), math.radians(heading))
+    raise InputError(f"{folder}: collect.jsonl does not say where a run began")
+
+
+def _is_stated(run: Mapping[str, object]) -> bool:
+    stated = run.get(START_STATED)
+    if isinstance(stated, bool):
+        return stated
+    # Collections from before that was recorded: the default is the world's origin.
+    return run.get("start") not in ([0.0, 0.0, 0.0], [0, 0, 0])
+
+
+def check_aligned(visits: Sequence[Visit]) -> None:
+    """InputError where the worlds of several visits are not known to be one.
+
+    The first one's world is that of the map. Another is the same if the user said where its robot
+    stood in it; else its origin is wherever the robot stood then.
+    """
+    unknown = [visit for visit in visits if not visit.stated]
+    if len(visits) < 2 or len(unknown) < 2:
+        return
+    first, other = unknown[:2]
+    raise InputError(
+        f"{first.folder} and {other.folder} both have their origin where the robot stood at first, "
+        "so how their worlds lie to each other is not known: map each alone, collect with --start, "
+        "or give --aligned if the robot began at the same place and heading"
+    )
+
+
+def grouped_views(visit: Visit) -> "tuple[ViewSet, ...]":
+    """The views that look at one place each (view_groups.py), with their poses corrected by the
+    pictures, in the order in which they were taken. InputError if they cannot be read.
+    """
+    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+    from facetlog.perception.reading.read_views import read_views
+
+    found = read_views(visit.folder / TRANSFORMS_FILE)
+    groups = view_groups([view.pose for view in found.views])
+    sets = []
+    for number, chosen in enumerate(groups, start=1):
+        if len(chosen) < FEWEST_VIEWS:
+            continue
+        errors = found.pose_errors
+        part = replace(
+            found,
+            name=found.name if len(groups) == 1 else f"{found.name}-{number}",
+            views=tuple(found.views[k] for k in chosen),
+            pose_errors=None if errors is None else errors.of(chosen),
+        )
+        sets.append(part if part.pose_errors is None else with_refined_poses(part))
+    return tuple(sets)
