@@ -10,32 +10,37 @@ from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-from facetlog.errors import DeviceError, FacetlogError, InputError
-from facetlog.perception.types import FloatArray
+from facetlog.errors import DeviceError, FacetlogError
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.driven_way import DrivenWay
+from facetlog.robot.collecting.keep_out import (
+    CLEARANCE,
+    check_keep_out,
+    circles_for_the_middle,
+    rings_round_target,
+)
 from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
-from facetlog.robot.collecting.mount import Mount
-from facetlog.robot.collecting.next_stop import Around, Chooser, ChosenStops, reach_of_mount
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.next_stop import Around, ChosenStops
 from facetlog.robot.collecting.order import short_order
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
-    LOG_FILE,
     Record,
     Taken,
     read_log,
-    read_record,
 )
-from facetlog.robot.collecting.ring_views import bearing
-from facetlog.robot.collecting.route import Circle, Point, distance_to
+from facetlog.robot.collecting.request import (
+    TRAFFIC_FILE,
+    Request,
+    earlier_views,
+    missing_views,
+)
+from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
     Ended,
@@ -50,7 +55,6 @@ from facetlog.robot.collecting.simulated_robot import (
     check_start,
 )
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.open_head import open_head
@@ -58,57 +62,15 @@ from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pioneer.port import DEFAULT_BAUD, open_port
 from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pose2 import Pose2
 
 __all__ = [
-    "TRAFFIC_FILE",
     "Collected",
-    "Request",
     "open_checked_camera",
     "open_robot_head",
     "run_collection",
 ]
 
-TRAFFIC_FILE = "traffic.jsonl"
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
-# Room between the robot on the innermost view and the default keep-out circle: twice the distance
-# by which driving may miss the planned place.
-ROOM = 0.05
-# Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
-CLEARANCE = 0.03
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Request:
-    """What to collect, with which devices and how; `start` is the robot's pose now.
-
-    A camera or optics of None are the simulated camera's, if the robot is simulated.
-    `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
-    tour: no part of the robot enters. `resume` goes on with the folder's collection.
-    """
-
-    address: str
-    tour: Tour
-    folder: Path
-    camera: str | None
-    optics: Optics | None
-    mount: Mount
-    start: Pose2
-    start_stated: bool = True
-    """Whether the user said where the robot stands; else the world's origin is there."""
-    head: str = "sony-evi-d30"
-    head_port: str = "aux1"
-    head_unheard: bool = False
-    latency: float | None = None
-    noisy: bool = True
-    keep_out: float | tuple[Circle, ...] | None = None
-    short: bool = False
-    speed: float = 0.2
-    resume: bool = False
-    model: str | None = None
-    baud: int | None = None
-    chooser: Chooser | None = None
-    """Of what is explored: the tour has a target and no views."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -145,10 +107,10 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
     or camera cannot be opened.
     """
-    earlier = _earlier(request)
+    earlier = earlier_views(request)
     lines = read_log(request.folder) if request.resume else ()
-    missing = _missing(request.tour, earlier)
-    closed = _keep_out(request)
+    missing = missing_views(request.tour, earlier)
+    check_keep_out(request)
     began = time.monotonic()
     with ExitStack() as stack:
         robot = stack.enter_context(
@@ -178,7 +140,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         camera = open_checked_camera(stack, seen, latency=request.latency, noisy=request.noisy)
 
         radius = robot.parameters.radius
-        forbidden = _for_the_middle(closed, request, radius)
+        forbidden = circles_for_the_middle(request, radius)
         reach = Reach(
             request.mount,
             head.limits,
@@ -191,7 +153,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         for each in plan.skipped:
             listener.warn(f"{each.name} is left out: {each.reason}")
         pace = Pace(robot.limits.speed, robot.limits.turning)
-        around = None if request.chooser is None else _around(request, reach, pace)
+        around = None if request.chooser is None else rings_round_target(request, reach, pace)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()
@@ -290,86 +252,6 @@ def open_checked_camera(
     return opened() if isinstance(camera, FileSource) else camera
 
 
-def _earlier(request: Request) -> tuple[Taken, ...]:
-    """The views that are there already; InputError for a folder that holds something else."""
-    folder = request.folder
-    if request.resume:
-        about, taken = read_record(folder)
-        if about.get("tour") != request.tour.name:
-            raise InputError(
-                f"{folder} was collected for tour {about.get('tour')!r}: give that tour again, or "
-                "another folder"
-            )
-        return taken
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        present = sorted(path.name for path in folder.iterdir())
-    except OSError as exc:
-        raise InputError(f"{folder} cannot be used: {exc.strerror}: give another -o") from exc
-    if LOG_FILE in present:
-        raise InputError(f"{folder} holds a collection: go on with it by --resume, or give another")
-    # A log of traffic alone is what an earlier run left that could not begin.
-    others = [name for name in present if name != TRAFFIC_FILE]
-    if others:
-        raise InputError(f"{folder} holds {others[0]}: give an empty folder with -o")
-    return ()
-
-
-def _missing(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:
-    """Indices of the tour's views that are not there yet."""
-    there = {view.name for view in taken}
-    return [i for i, view in enumerate(tour.views) if view.name not in there]
-
-
-def _keep_out(request: Request) -> float | tuple[Circle, ...] | None:
-    target = request.tour.target
-    if isinstance(request.keep_out, float) and target is None:
-        raise InputError(
-            "the tour's lines of sight do not meet, so --keep-out needs a place: X,Y,RADIUS"
-        )
-    return request.keep_out
-
-
-def _for_the_middle(
-    closed: float | tuple[Circle, ...] | None, request: Request, radius: float
-) -> tuple[Circle, ...]:
-    """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
-
-    If none are given: about the target, as large as the innermost view leaves room for.
-    """
-    target = request.tour.target
-    if isinstance(closed, tuple):
-        circles = closed
-    elif target is None:
-        return ()
-    else:
-        if closed is None:
-            closed = _room(request.tour, target, request.mount, radius)
-        circles = (Circle(float(target[0]), float(target[1]), closed),)
-    grown = tuple(circle.grown(radius) for circle in circles)
-    inside = distance_to(grown, (request.start.x, request.start.y))
-    if inside < 0:
-        raise InputError(
-            f"the robot at {request.start.x:.2f}, {request.start.y:.2f} is {-inside:.2f} m within "
-            "a keep-out circle: put it elsewhere (--start), or give a smaller --keep-out"
-        )
-    return grown
-
-
-def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
-    """The radius that the innermost view leaves, whichever way the robot stands there."""
-    if not tour.views:
-        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
-    nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
-    room = nearest - reach_of_mount(mount) - radius - ROOM - CLEARANCE
-    if room <= 0:
-        raise InputError(
-            f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
-            "a robot beside it: give --keep-out RADIUS if that is meant"
-        )
-    return room
-
-
 def _planned(
     request: Request, missing: list[int], reach: Reach, forbidden: tuple[Circle, ...]
 ) -> Plan:
@@ -382,23 +264,6 @@ def _planned(
         chosen = short_order((request.start.x, request.start.y), places, forbidden)
         order = [missing[i] for i in chosen]
     return plan_stops(request.tour, request.start, reach, order=order)
-
-
-def _around(request: Request, reach: Reach, pace: Pace) -> Around:
-    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it."""
-    target = request.tour.target
-    if target is None:
-        raise InputError("--explore needs what is looked at: give --target X,Y,Z")
-    place = float(target[0]), float(target[1])
-    holding = [c for c in reach.closed if c.distance(place) < c.radius]
-    if not holding:
-        raise InputError("no --keep-out circle holds the --target: give --keep-out RADIUS")
-    # Whichever way the robot stands, its middle stays outside of the circles.
-    radius = (
-        max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
-    )
-    first = bearing(target, (request.start.x, request.start.y))
-    return Around(target, radius, first, reach, pace, request.start)
 
 
 def _about(

@@ -10,7 +10,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import FARTHEST, driven
-from facetlog.robot.collecting.run import TRAFFIC_FILE
+from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station

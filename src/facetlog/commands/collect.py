@@ -54,8 +54,9 @@ if TYPE_CHECKING:
     from facetlog.exploring.explorer import Explorer
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
+    from facetlog.robot.collecting.request import Request
     from facetlog.robot.collecting.route import Circle
-    from facetlog.robot.collecting.run import Collected, Request
+    from facetlog.robot.collecting.run import Collected
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
     from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
@@ -130,7 +131,7 @@ def collect_command(
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
-    from facetlog.robot.collecting.run import Request
+    from facetlog.robot.collecting.request import Request
 
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.collecting.run import TRAFFIC_FILE
+from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pose2 import Pose2
