@@ -196,11 +196,15 @@ def estimate_point(
     )
     needed: int | None = None
     used = 0
-    for state in states:
-        used += 1
-        if sd_limit is not None and cameras.scale * largest_sd(state.cov) <= sd_limit:
-            needed = used
-            break
+    try:
+        for state in states:
+            used += 1
+            if sd_limit is not None and cameras.scale * largest_sd(state.cov) <= sd_limit:
+                needed = used
+                break
+    except np.linalg.LinAlgError:
+        # The depth's variance is so large beside a pixel's that rounding leaves no gain.
+        return NoPoint(PointFailure.PARALLEL)
     return PointEstimate(
         cameras.origin + cameras.scale * state.mean,
         cameras.scale**2 * state.cov,

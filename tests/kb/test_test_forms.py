@@ -220,7 +220,7 @@ def test_more_than_so_many_are_unknown_where_one_is(tmp_path: Path) -> None:
 def test_a_count_names_the_member_that_decides(tmp_path: Path) -> None:
     scene = facts(**{name: (area, 0.1) for name, area in AREAS.items()})
     holds = said(judged(tmp_path, scene, m=counting("at_least", 2)))
-    assert "2 were found, at least 2 are wanted; f3 decides" in holds
+    assert "2 that stand apart were found, at least 2 are wanted; f3 decides" in holds
     assert "fill(f2)" in holds
     assert "fill(f5)" not in holds
     lacking = judged(tmp_path, scene, m=counting("at_least", 3))
@@ -228,7 +228,7 @@ def test_a_count_names_the_member_that_decides(tmp_path: Path) -> None:
     (short,) = lacking.to_json()["shortfalls"]
     assert short["of"] == "fill(f5)"
     many = said(judged(tmp_path, scene, m=counting("at_most", 1)))
-    assert "2 were found, at most 1 is wanted; f3 is one too many" in many
+    assert "2 that stand apart were found, at most 1 is wanted; f3 is one too many" in many
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,8 @@ def test_a_model_that_asks_for_them_has_them_in_every_question(
         assert states["pointed"] == "holds"
         assert maker.calls == 1
         base.unload_rules(rules)
-        judge_scene(base, "s", SEEN, on_demand=maker)
+        base.load_scene("s", SEEN, on_demand=maker)
+        assert [base.judge("s", model, "t1") for model in base.models]
         assert maker.calls == 1
 
 

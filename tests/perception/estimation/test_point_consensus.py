@@ -122,6 +122,13 @@ PLACES = st.tuples(*[st.integers(-3, 3)] * 3)
     SEEDS,
 )
 @example([(0, 0, -1), (0, 1, 2)], (0, 0, 3), "round", 0.0, 0)  # the gain is lost in rounding
+@example(
+    [(3, 1, -2), (3, 0, 0), (0, 0, 0), (-3, 0, 0), (2, 0, 0)],
+    (-1, -1, 1),
+    "through the point",
+    0.0,
+    2014,
+)  # there is none
 def test_whatever_the_views_a_point_is_estimated_or_refused_with_its_reason(
     places, point, kind, sd, seed
 ):
