@@ -27,8 +27,6 @@ __all__ = ["Contradiction", "contradicting_views", "without_them"]
 # Robust standard deviations below the median of all: one right view of 700 is that far off.
 OUTLIER_SDS = 3.0
 MEDIAN_OF_NORMAL = 0.6745
-# Share of a picture's diagonal: with less length of segments a view cannot be judged.
-MIN_LENGTH = 0.5
 # The share of a picture explained by chance: this quantile over the poses of all others, of which a
 # few neighbours' may be almost its own.
 CHANCE = 0.9
@@ -69,14 +67,16 @@ def contradicting_views(
         of_others = support - supported[:, k] * weight[k] >= MIN_SUPPORT
         shown[k] = supported[of_others, k].mean() if of_others.any() else 0.0
         explained, total = explained_length(segments_3d[of_others], view, found)
-        if total > MIN_LENGTH * float(np.hypot(*view.image.shape)):
+        if total > 0.0:
             shares[k] = explained / total
     judged = np.isfinite(shares)
     if judged.sum() < MIN_VIEWS:
         return ()
     usual = float(np.median(shares[judged]))
     spread = float(np.median(np.abs(shares[judged] - usual))) / MEDIAN_OF_NORMAL
-    strange = np.nan_to_num(shares, nan=np.inf) < usual - OUTLIER_SDS * spread
+    # The share of n segments is known to 1 / 2√n at worst.
+    sds = np.sqrt(spread**2 + 0.25 / np.maximum(_independent(segments_2d), 1.0))
+    strange = np.nan_to_num(shares, nan=np.inf) < usual - OUTLIER_SDS * sds
     low = np.flatnonzero(strange & (shown < MIN_SHOWN * np.median(shown[judged])))
     found_wrong = [
         Contradiction(k, float(shares[k]), usual)
@@ -84,6 +84,12 @@ def contradicting_views(
         if shares[k] < _least(_chance(k, segments_3d, views, segments_2d[k]), usual)
     ]
     return tuple(found_wrong) if len(views) - len(found_wrong) >= MIN_VIEWS else ()
+
+
+def _independent(segments_2d: Sequence[FloatArray]) -> FloatArray:
+    """As how many segments of one length those of each view (n, 4) count: (Σ l)² / Σ l², (V,)."""
+    lengths = [np.linalg.norm(found[:, 2:] - found[:, :2], axis=1) for found in segments_2d]
+    return np.array([own.sum() ** 2 / max(float(own @ own), 1e-300) for own in lengths])
 
 
 def _least(chance: float, usual: float) -> float:

@@ -24,8 +24,9 @@ from tests.perception.detection.line_front_end.block_rig import block_rig
 RIG = block_rig()
 
 
-def judged(views: Sequence[View]) -> tuple[Contradiction, ...]:
-    found = [detect_segments(v.image) for v in views]
+def judged(views: Sequence[View], most: int | None = None) -> tuple[Contradiction, ...]:
+    """What contradicts, of each view's segments the `most` longest."""
+    found = [detect_segments(v.image)[:most] for v in views]
     shown = np.nan_to_num(coverage(RIG.edges, views, [edge_map(v.image) for v in views]))
     return contradicting_views(RIG.edges, shown > SUPPORTED, np.ones(len(views)), views, found)
 
@@ -49,6 +50,17 @@ def test_a_gross_pose_is_found_with_what_little_it_explains(k: int, degrees: flo
     (wrong,) = judged(with_view(k, turned(RIG.views[k], degrees)))
     assert wrong.view == k
     assert wrong.explained < 0.3 < 0.7 < wrong.usual
+
+
+@pytest.mark.parametrize("k", [0, 4, 9])
+def test_a_gross_pose_is_found_where_pictures_show_few_edges(k: int) -> None:
+    views = with_view(k, turned(RIG.views[k], 20.0))
+    assert [wrong.view for wrong in judged(views, most=5)] == [k]
+    assert judged(RIG.views, most=5) == ()
+
+
+def test_one_edge_alone_judges_no_view() -> None:
+    assert judged(with_view(4, turned(RIG.views[4], 20.0)), most=1) == ()
 
 
 def test_the_picture_of_another_pose_is_found() -> None:
