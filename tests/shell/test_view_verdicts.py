@@ -16,7 +16,6 @@ from facetlog.robot.recording import Format, write_views
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdicts
 
 pytestmark = pytest.mark.slow
@@ -50,14 +49,14 @@ def test_each_question_is_about_the_views_of_its_time(tmp_path: Path) -> None:
 
 def test_what_is_undecided_of_a_target_comes_with_the_verdict(tmp_path: Path) -> None:
     target = np.array([*BLOCK_CENTRE, 3.0]) * INCH
-    far = Interest(target + 5.0, 1.0)
+    places = np.array([pose.centre for pose in tour_poses()[::3][:8]]) * INCH
     with ViewVerdicts(_folder(tmp_path, 8)) as verdicts:
-        found = verdicts.explored(8, Interest(target, 1.0), goal=Goal("box", 0.2))
-        missed = verdicts.explored(8, far)
-    assert found.reached
+        found = verdicts.explored(8, Interest(target, 1.0, places))
+        missed = verdicts.explored(8, Interest(target + 5.0, 1.0, places))
     assert found.needs is not None
+    assert found.needs.lead is not None
+    assert found.needs.lead.model == "box"
     assert [thing.name for thing in found.needs.things] == ["t1"]
-    assert not missed.reached
     # No thing stands there: what is there is open.
     assert missed.needs is not None
     assert [each.model for each in missed.needs.open] == [""]
