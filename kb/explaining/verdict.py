@@ -99,7 +99,7 @@ class Condition:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Verdict:
     """What one model says of one thing.
 
@@ -126,6 +126,10 @@ class Verdict:
     specialises: tuple[str, ...] = ()
     confidence: float | None = field(default=None, compare=False)
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
+
+    def __repr__(self) -> str:
+        # With its proof it would fill pages.
+        return f"<Verdict: {self.summary}>"
 
     @property
     def sure(self) -> float:
@@ -212,7 +216,7 @@ class Verdict:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Recognition:
     """All verdicts on a scene: one for each thing and model."""
 
@@ -231,6 +235,10 @@ class Recognition:
 
     def __bool__(self) -> bool:
         return bool(self.best)
+
+    def __repr__(self) -> str:
+        found = "; ".join(verdict.summary for verdict in self.best) or "no model holds"
+        return f"<Recognition of {self.scene}: {found}>"
 
     def lines(self, *, full: bool = False) -> Iterator[str]:
         """What holds and why, then a line for all that does not; `full` with the whole proofs."""

@@ -68,14 +68,20 @@ class ShapeOptions:
 
 
 def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | None:
-    """The unit vector that a word names; None for `auto` and `none`. InputError for another, which
-    names the option.
+    """The unit vector that a word names, or three numbers of any length; None for `auto` and
+    `none`. InputError for another, which names the option.
 
-    >>> up_from("-z")
-    (0.0, 0.0, -1.0)
+    >>> up_from("-z"), up_from("0,0,2")
+    ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
     """
     if word in (NOT_GIVEN, FROM_THE_FLOOR):
         return None
+    if "," in word:
+        x, y, z = _three(word)
+        length = math.hypot(x, y, z)
+        if not 0.0 < length < math.inf:
+            raise InputError(f"{option} {word!r:.40}: give three numbers x,y,z that are not all 0")
+        return x / length, y / length, z / length
     if word not in UP_AXES:
         known = ", ".join((*UP_AXES, FROM_THE_FLOOR, NOT_GIVEN))
         raise InputError(f"{option} {word!r:.40}: use one of {known}")
@@ -100,12 +106,18 @@ def sensor_from(word: str) -> tuple[float, float, float] | None:
     """
     if word == NOT_GIVEN:
         return None
+    place = _three(word)
+    if not all(map(math.isfinite, place)):
+        raise InputError(f"--sensor {word!r:.40}: give three numbers x,y,z, or {NOT_GIVEN}")
+    return place
+
+
+def _three(word: str) -> tuple[float, float, float]:
+    """The three numbers between commas; nan where that is not what the word is."""
     try:
         x, y, z = map(float, word.split(","))
     except ValueError:
-        x = y = z = math.nan
-    if not all(math.isfinite(number) for number in (x, y, z)):
-        raise InputError(f"--sensor {word!r:.40}: give three numbers x,y,z, or {NOT_GIVEN}")
+        return math.nan, math.nan, math.nan
     return x, y, z
 
 

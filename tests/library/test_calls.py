@@ -1,9 +1,11 @@
 """Five lines of Python: recognise, read, classify and ask, and what comes back."""
 
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -77,6 +79,58 @@ def test_a_name_in_a_notebook_is_text_and_not_markup(tmp_path: Path) -> None:
     assert "<img" not in shown
 
 
+def test_a_verdict_and_a_recognition_are_shown_in_a_line(table: facetlog.Result) -> None:
+    assert repr(table.best[0]).startswith("<Verdict: t1 is a table (")
+    assert repr(table.recognition).startswith("<Recognition of table: t1 is a table (")
+    assert len(repr(table.recognition)) < 150
+
+
+def test_where_nothing_is_nearly_one_it_is_said(table: facetlog.Result) -> None:
+    said = table.why_not("table")
+    assert not said.verdicts
+    assert str(said) == "nothing in table comes near table without being one"
+    with pytest.raises(InputError, match="count 0: give a number above 0"):
+        table.why_not("chair", count=0)
+
+
+def test_a_result_goes_through_a_file_and_is_asked_again(table: facetlog.Result) -> None:
+    table.why("table")  # which opens a knowledge base
+    copy = pickle.loads(pickle.dumps(table))  # noqa: S301 - its own
+    assert copy.why("table").holds
+    assert repr(copy) == repr(table)
+    copy.close()
+
+
+def test_a_result_is_a_source_again(table: facetlog.Result) -> None:
+    assert [v.model for v in facetlog.recognize(table).best] == ["table"]
+
+
+@pytest.mark.parametrize("source", [None, 5, [], ["a.png"], [build("cuboid", {})]])
+def test_what_is_no_source_is_refused_in_a_line(source: Any) -> None:
+    with pytest.raises(InputError, match=r"^[^\n]*(give the folder|2 are needed)[^\n]*$"):
+        facetlog.recognize(source)
+
+
+def test_parts_that_are_no_names_are_refused(table: facetlog.Result) -> None:
+    for ask in (table.why, table.why_not):
+        with pytest.raises(InputError, match="part 'top': 5: give the name of a face"):
+            ask("table", parts={"top": cast("str", 5)})
+
+
+def test_what_is_doubtful_of_the_views_is_a_warning_of_the_result(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    block = replace(build("cuboid", {}), warnings=("up is that of the ground",))
+    views = ViewSet("views", tuple(tour("block")), problems=("a.png is cut off; left out",))
+    monkeypatch.setattr("facetlog.pipeline.views_from", lambda *_, **__: views)
+    monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: block)
+    monkeypatch.setattr("facetlog.perception.reading.pose_files.register.has_poses", lambda _: True)
+    assert facetlog.recognize(".").warnings == (
+        "a.png is cut off; left out",
+        "up is that of the ground",
+    )
+
+
 def test_what_there_is_not_cannot_be_asked_for_a_reason(table: facetlog.Result) -> None:
     with pytest.raises(QueryError, match="there is no model"):
         table.why("tabel")
@@ -104,7 +158,7 @@ def test_up_and_unit_are_those_of_the_command_line_or_a_vector(tmp_path: Path) -
     block = build("cuboid", {})
     assert facetlog.recognize(block, up="auto").scene.up is not None
     assert facetlog.recognize(block, up="none").scene.up is None
-    for up in ("upwards", (0.0, 0.0, 0.0), (0.0, 1.0)):
+    for up in ("upwards", (0.0, 0.0, 0.0), (0.0, 1.0), ["a", 0, 1]):
         with pytest.raises(InputError, match="up "):
             facetlog.read_scene(path, up=up)
     with pytest.raises(InputError, match="use one of m, "):
@@ -181,6 +235,8 @@ def test_views_are_recognised_from_their_folder_and_one_by_one() -> None:
 def test_what_is_not_there_is_said_before_any_work(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no such file or folder"):
         facetlog.recognize(tmp_path / "views")
+    with pytest.raises(InputError, match="views does not exist"):
+        facetlog.read_scene(tmp_path / "views")
     with pytest.raises(InputError, match="does not exist"):
         facetlog.recognize(build("cuboid", {}), models="gone.model")
 
@@ -196,6 +252,20 @@ def test_scenes_are_asked_into_a_table() -> None:
     assert list(facetlog.ask(block, "face(F), area(F, A, _), A > 100").columns) == ["F", "A"]
 
 
+def test_a_question_without_variables_has_a_row_that_says_whether_it_holds() -> None:
+    block = build("cuboid", {})
+    for goal, holds in (("is_a(t1, box)", True), ("is_a(t1, chair)", False)):
+        assert facetlog.ask(block, goal).to_dict("list") == {"holds": [holds]}
+
+
+@pytest.mark.parametrize("name", [None, "images.bin", "notes.md"])
+def test_a_folder_without_poses_is_told_what_it_needs(tmp_path: Path, name: str | None) -> None:
+    if name is not None:
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(InputError, match=r"has no poses, .*: add pictures of a thing on a printed"):
+        facetlog.recognize(tmp_path)
+
+
 def test_files_are_classified_into_a_table(tmp_path: Path) -> None:
     write_scene(build("chair", {}), tmp_path / "a.json")
     write_scene(build("cuboid", {}), tmp_path / "b.json")
@@ -203,6 +273,16 @@ def test_files_are_classified_into_a_table(tmp_path: Path) -> None:
     rows = facetlog.classify([tmp_path / f"{name}.json" for name in "abc"], workers=1)
     assert list(rows["model"])[:2] == ["chair", "box"]
     assert rows["error"].isna().tolist() == [True, True, False]
+
+
+def test_upwards_of_what_is_classified_is_a_word_or_a_vector(tmp_path: Path) -> None:
+    trimesh.creation.box((300.0, 200.0, 100.0)).export(tmp_path / "block.ply")
+    rows = facetlog.classify(tmp_path, up=(0, 2, 0), workers=1)
+    assert list(rows["read_as"]) == ["up=0.0,1.0,0.0 unit=none degrees"]
+    assert rows["error"].isna().all()
+    for up in ("upwards", (0, 0, 0)):
+        with pytest.raises(InputError, match=r"^up "):
+            facetlog.classify(tmp_path, up=up)
 
 
 def test_exports_are_loaded_only_when_they_are_named() -> None:

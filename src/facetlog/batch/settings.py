@@ -33,9 +33,10 @@ the scene, but a read that hangs must end."""
 class Settings:
     """What is the same for all scenes of a run: models, and how raw shapes are read.
 
-    `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none; `sensor` the place
-    x,y,z from which the points of clouds were seen, or none. `seconds` is the processor time that
-    one scene may take; by the clock it may take five times that, and so may all judging of it.
+    `up` is x, y, z, -x, -y, -z, a vector as 0,0.1,1, auto or none; `unit` m, cm, mm, in, ft or
+    none; `sensor` the place x,y,z from which the points of clouds were seen, or none. `seconds` is
+    the processor time that one scene may take; by the clock it may take five times that, and so may
+    all judging of it.
     `memory_mb` is what one worker may take; None: its share of the memory there is. With `profile`
     workers say where their time went, with `raw` verdicts have no confidence. What cannot be
     understood is an InputError.
@@ -113,7 +114,8 @@ class Item:
         """
         if says_itself(self.path):
             return settings.judged_as
-        up, unit = self.up or settings.up, self.unit or settings.unit
+        up = (self.up or settings.up).replace(" ", "")  # a vector in a table may have some
+        unit = self.unit or settings.unit
         seen = f" sensor={settings.sensor}" if sensor_from(settings.sensor) else ""
         return f"up={up} unit={unit}{seen} {settings.judged_as}"
 

@@ -26,8 +26,12 @@ Models: TypeAlias = str | Path | Sequence[str | Path]
 Up: TypeAlias = str | Sequence[float] | None
 """Upwards: what `--up` takes, as "z" or "auto", or a vector (3,) of any length."""
 
-Source: TypeAlias = "str | Path | Scene | Iterable[View]"
-"""A folder of pictures with poses or its poses file; a scene, mesh or cloud; or views."""
+Source: TypeAlias = "str | Path | Scene | Result | Iterable[View]"
+"""A folder of pictures with poses or its poses file; a scene, mesh or cloud, or the result of one;
+or views."""
+
+
+_SOURCES = "give the folder of pictures or the file as one path, a scene, or a list of views"
 
 
 def recognize(
@@ -93,7 +97,7 @@ def classify(
     paths: str | Path | Sequence[str | Path],
     *,
     models: Models = (),
-    up: str | None = None,
+    up: Up = None,
     unit: str | None = None,
     workers: int | None = None,
     trust: bool = False,
@@ -112,10 +116,16 @@ def classify(
     from facetlog.batch.settings import Item, Settings
     from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR, NOT_GIVEN
 
+    _unit(unit)
+    direction = _up(up)
+    if direction is None or isinstance(up, str):
+        axis = up if isinstance(up, str) else FROM_THE_FLOOR
+    else:
+        axis = ",".join(map(repr, direction))
     given = [paths] if isinstance(paths, str | Path) else list(paths)
     items = tuple(map(Item, scene_paths([str(path) for path in given])))
     named = tuple(str(path.resolve()) for path in model_paths(models))
-    settings = Settings(named, trusted=trust, up=up or FROM_THE_FLOOR, unit=unit or NOT_GIVEN)
+    settings = Settings(named, trusted=trust, up=axis, unit=unit or NOT_GIVEN)
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     frame = _data_frame()
     with (
@@ -126,7 +136,7 @@ def classify(
 
 
 def ask(
-    scenes: "Source | Result | Sequence[str | Path | Scene | Result]",
+    scenes: "Source | Sequence[str | Path | Scene | Result]",
     goal: str,
     *,
     models: Models = (),
@@ -137,8 +147,9 @@ def ask(
 ) -> "pd.DataFrame":
     """The answers to a question of docs/queries.md: a column for each variable of the goal.
 
-    Of several scenes the first column, `Scene`, is the name of each answer's. At most `most`
-    answers are read. Raises QueryError for a question that cannot be asked.
+    Of several scenes the first column, `Scene`, is the name of each answer's. A goal without
+    variables has one row and the column `holds`, True or False. At most `most` answers are read.
+    Raises QueryError for a question that cannot be asked.
     """
     from facetlog.kb.engine.terms import Atom
     from facetlog.pipeline import load_scene, open_models
@@ -148,6 +159,8 @@ def ask(
         for scene in _named_apart(_scenes(scenes, _Stated(up, unit, trust))):
             load_scene(base, scene)
         with base.query(goal, most=most) as answers:
+            if not answers.names:  # a row without columns is none in a table
+                return frame({"holds": [next(answers, None) is not None]})
             columns = {
                 name: [str(value) if isinstance(value, Atom) else value for value in values]
                 for name, values in answers.arrays().items()
@@ -173,7 +186,10 @@ def _up(up: Up) -> "tuple[float, float, float] | None":
 
     if up is None or isinstance(up, str):
         return None if up is None else up_from(up, "up")
-    vector = np.asarray(up, dtype=np.float64)
+    try:
+        vector = np.asarray(up, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
     length = float(np.linalg.norm(vector))
     if vector.shape != (3,) or not 0.0 < length < np.inf:
         raise InputError(f"up {up!r:.40}: give three numbers that are not all 0")
@@ -206,7 +222,8 @@ class _Stated:
 
 
 def _scene_of(source: Source, stated: _Stated) -> "Scene":
-    from facetlog.perception.reading.pose_files.register import has_poses
+    from facetlog.perception.reading.pose_files.register import find_poses, has_poses
+    from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
     from facetlog.perception.scene import Scene
     from facetlog.perception.shapes.read_shape import ShapeOptions
     from facetlog.perception.shapes.read_shape import stated as as_stated
@@ -215,6 +232,8 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
     _up(up)  # a word that is none is refused before any long work
     if isinstance(source, Scene):
         return as_stated(source, ShapeOptions(_up(up), up is None, unit))
+    if isinstance(source, Result):
+        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit))
     if not isinstance(source, str | Path):
         return _reconstructed(_view_set(source, up))
     path = Path(source)
@@ -224,6 +243,8 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
         return _reconstructed(_read_views(path, stated))
     if stated.square is not None:
         raise InputError(f"square is for pictures of a mat, and {path} holds none: omit it")
+    if path.is_dir() and _written_scene(path) is None and find_colmap_model(path) is None:
+        find_poses(path)  # which lists what the folder would need
     return _read_scene(path, up, unit)
 
 
@@ -231,6 +252,10 @@ def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
     from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
 
     up = _stated(up)
+    if not path.exists():
+        raise InputError(
+            f"{path} does not exist: give a scene, mesh or cloud, or the folder of one"
+        )
     inside = _written_scene(path)
     return read_stated(inside or path, ShapeOptions(_up(up), up is None, _unit(unit)))
 
@@ -250,13 +275,13 @@ def _in_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":
 
 
 def _scenes(
-    scenes: "Source | Result | Sequence[str | Path | Scene | Result]", stated: _Stated
+    scenes: "Source | Sequence[str | Path | Scene | Result]", stated: _Stated
 ) -> "list[Scene]":
     from facetlog.perception.types import View
 
     # Several views are one source.
     one = not isinstance(scenes, list | tuple) or any(isinstance(each, View) for each in scenes)
-    several = cast("Sequence[Source | Result]", [scenes] if one else scenes)
+    several = cast("Sequence[Source]", [scenes] if one else scenes)
     return [each.scene if isinstance(each, Result) else _scene_of(each, stated) for each in several]
 
 
@@ -298,10 +323,19 @@ def _read_views(path: Path, stated: _Stated) -> "ViewSet":
 
 
 def _view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
-    from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.perception.reading.read_views import LEAST_VIEWS, ViewSet
+    from facetlog.perception.types import View
     from facetlog.pipeline import with_stated_up
 
-    return with_stated_up(ViewSet("views", tuple(views)), _of_views(up))
+    if not isinstance(views, Iterable):
+        raise InputError(f"{views!r:.40} is no source: {_SOURCES}")
+    found = tuple(views)
+    for view in found:
+        if not isinstance(view, View):
+            raise InputError(f"{view!r:.40} is no View, of which a list consists: {_SOURCES}")
+    if len(found) < LEAST_VIEWS:
+        raise InputError(f"{len(found)} views, {LEAST_VIEWS} are needed, from different places")
+    return with_stated_up(ViewSet("views", found), _of_views(up))
 
 
 def _reconstructed(view_set: "ViewSet") -> "Scene":
@@ -309,4 +343,5 @@ def _reconstructed(view_set: "ViewSet") -> "Scene":
     from facetlog.pipeline import reconstruct_views
 
     with on_one_thread():
-        return reconstruct_views(view_set, clock=StepClock())
+        scene = reconstruct_views(view_set, clock=StepClock())
+    return replace(scene, warnings=(*view_set.problems, *scene.warnings))

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from facetlog.errors import InputError
 from facetlog.kb.engine.closing import Closing
 
 if TYPE_CHECKING:
@@ -85,6 +86,11 @@ class Result(Closing):
         """What each model says of each thing."""
         return self.recognition.verdicts
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful of the scene, and which pictures were left out, and why."""
+        return self.scene.warnings
+
     def why(
         self,
         model: str,
@@ -98,6 +104,7 @@ class Result(Closing):
         `parts` gives faces to roles, as {"top": "f1"}. Raises QueryError for a model, thing, role
         or face that there is not.
         """
+        _check_parts(parts)
         with self._lock:
             verdict = self._base.why(self.scene.name, model, thing=thing, parts=parts)
         return Reason((verdict,), tuple(verdict.lines(full=full)))
@@ -110,12 +117,20 @@ class Result(Closing):
         parts: Mapping[str, str] = MappingProxyType({}),
         count: int = 3,
     ) -> Reason:
-        """What comes nearest to the model without holding, and by how much it is not."""
+        """What comes nearest to the model without holding, and by how much it is not.
+
+        At most `count` verdicts, or the line that there is none. Raises errors as `why` does.
+        """
+        from facetlog.query_shell.explaining import nothing_near
+
+        _check_parts(parts)
+        if count < 1:
+            raise InputError(f"count {count}: give a number above 0")
+        name = self.scene.name
         with self._lock:
-            found = self._base.why_not(
-                self.scene.name, model, thing=thing, parts=parts, count=count
-            )
-        return Reason(found, tuple(line for verdict in found for line in verdict.miss_lines()))
+            found = self._base.why_not(name, model, thing=thing, parts=parts, count=count)
+            none = () if found else nothing_near(self._base, name, model)
+        return Reason(found, none or tuple(line for miss in found for line in miss.miss_lines()))
 
     @cached_property
     def _base(self) -> "KnowledgeBase":
@@ -131,6 +146,14 @@ class Result(Closing):
             base = self.__dict__.pop("_base", None)
         if base is not None:
             base.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Neither a lock nor a knowledge base goes into a file: reasons open one anew.
+        kept = {"scene", "recognition", "models", "trust", "raw"}
+        return {name: value for name, value in self.__dict__.items() if name in kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, _lock=threading.Lock())
 
     def to_dict(self, *, full: bool = False) -> dict[str, Any]:
         """The verdicts as docs/verdicts.schema.json has them, with `full` the whole proofs."""
@@ -159,6 +182,12 @@ def _viewer(scene: "Scene") -> str:
         f'title="{html.escape(scene.name, quote=True)} in 3-D" '
         f'style="width: 100%; height: {VIEWER_HEIGHT_PX}px; border: 0"></iframe>'
     )
+
+
+def _check_parts(parts: Mapping[str, str]) -> None:
+    for role, face in parts.items():
+        if not isinstance(role, str) or not isinstance(face, str):
+            raise InputError(f"part {role!r:.40}: {face!r:.40}: give the name of a face, as 'f1'")
 
 
 def model_paths(models: str | Path | Sequence[str | Path]) -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 from facetlog.errors import InputError
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
+from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.scene_names import kind_of
 from facetlog.query_shell.session import Session
@@ -19,6 +20,7 @@ __all__ = [
     "About",
     "Explanation",
     "is_origin",
+    "nothing_near",
     "origin",
     "parts_given",
     "unknown_subject",
@@ -153,12 +155,17 @@ def why_not(
         "near_misses": [miss.to_json(full=full) for miss in misses],
     }
     if not misses:
-        lines = (f"nothing in {scene} comes near {about.model} without being one",)
-        found = session.base.why(scene, about.model)
-        if not found.thing:
-            lines = tuple(found.lines())  # where there is nothing, why
+        lines = nothing_near(session.base, scene, about.model)
     cut = bool(misses) and not full
     return Explanation(bool(misses), lines, data, cut=cut, verdicts=tuple(misses))
+
+
+def nothing_near(base: KnowledgeBase, scene: str, model: str) -> tuple[str, ...]:
+    """What is said where nothing is nearly one; where there is nothing at all, why."""
+    found = base.why(scene, model)
+    if not found.thing:
+        return tuple(found.lines())
+    return (f"nothing in {scene} comes near {model} without being one",)
 
 
 def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
