@@ -63,7 +63,7 @@ def with_known_length(scene: Scene, known: KnownLength) -> tuple[Scene, Scale]:
     scene has nothing of that name, and for the height where up is not known.
     """
     if scene.metric:
-        raise InputError("the lengths are metres already: leave out --unit, or the known length")
+        raise InputError("the lengths are metres already: leave out the unit, or the known length")
     start, end, along = _ends(scene, known.of)
     points, covs = scene.points, [scene.vertices[k].cov for k in (start, end)]
     difference = points[end] - points[start]
@@ -96,7 +96,9 @@ def _ends(scene: Scene, of: tuple[str, ...]) -> tuple[int, int, FloatArray]:
 
 def _height(scene: Scene, memo: SceneMemo, thing: tuple[str, ...]) -> tuple[int, int, FloatArray]:
     if scene.up is None:
-        raise InputError("the height is not known without up: give --up, or another known length")
+        raise InputError(
+            "the height is not known without up: state which way is up, or another known length"
+        )
     names = [str(name) for name in memo.thing_names]
     if not thing and len(names) != 1:
         raise InputError(f'the scene has {len(names)} things: name one, as in "height t1 = 74 cm"')

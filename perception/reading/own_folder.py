@@ -11,7 +11,7 @@ from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
 __all__ = ["OutsideError", "check_own_folder"]
 
-WAY_OUT = "put it into that folder, or give --trust if the poses file is your own"
+WAY_OUT = "put it into that folder, or trust the poses file (--trust, trust=True) if it is your own"
 
 
 class OutsideError(InputError):
@@ -28,7 +28,7 @@ def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
     if frame is not None and frame.number is None:
         raise OutsideError(
             f"{source}: camera {frame.source} is opened only if the poses file is your own: "
-            "give --trust"
+            "trust it (--trust, trust=True)"
         )
     path = picture.path if frame is None else Path(frame.source)
     what = f"picture {picture.name!r}" if frame is None else f"video {frame.source!r}"

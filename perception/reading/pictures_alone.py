@@ -23,9 +23,9 @@ def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
     """
     if options.unit is not None:
         raise InputError(
-            "--unit is for poses of an unknown unit, and these pictures have none: a mat gives "
-            "metres (if its bar was off, give the side of a square: --square 17.6mm), and without "
-            'one a known length does: --scale "height = 74 cm"'
+            "unit is for poses of an unknown unit, and these pictures have none: a mat gives "
+            "metres (if its bar was off, give the side of a square, as 17.6mm), and without "
+            'one a known length as scale does: "height = 74 cm"'
         )
     if options.square is None and are_kept(folder, options):
         return read_by_motion(folder, options)  # no mat was seen when these were made

@@ -142,7 +142,8 @@ def read_views(
     views = [view for k, view in enumerate(views) if k not in odd]
     left_out += odd.values()
     if len(views) < LEAST_VIEWS:
-        raise InputError(_too_few(source, len(views), (*file.left_out, *left_out)))
+        line = _too_few(source, len(views), (*file.left_out, *left_out))
+        raise InputError(f"{line}: {file.advice}" if file.advice and not views else line)
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind, file.scale_sd)

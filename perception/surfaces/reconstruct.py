@@ -33,7 +33,7 @@ NEAR_FOCAL = 0.005
 
 UP_OF_GROUND = (
     "up is not stated: it is that of the ground, found by what is level and how the cameras were "
-    "held; give --up (an axis, or none) if that is not so"
+    "held; state up (an axis, or none) if that is not so"
 )
 
 Progress: TypeAlias = Callable[[str, int, int], None]

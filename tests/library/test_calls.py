@@ -258,11 +258,20 @@ def test_a_question_without_variables_has_a_row_that_says_whether_it_holds() -> 
         assert facetlog.ask(block, goal).to_dict("list") == {"holds": [holds]}
 
 
-@pytest.mark.parametrize("name", [None, "images.bin", "notes.md"])
-def test_a_folder_without_poses_is_told_what_it_needs(tmp_path: Path, name: str | None) -> None:
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        (None, "has no poses, it is empty: add pictures of a thing on a printed"),
+        ("notes.md", r"has no poses, only notes\.md: add pictures of a thing on a printed"),
+        ("images.bin", r"part of a COLMAP model: cameras\.bin is missing beside images\.bin"),
+    ],
+)
+def test_a_folder_without_poses_says_what_it_needs(
+    tmp_path: Path, name: str | None, says: str
+) -> None:
     if name is not None:
         (tmp_path / name).write_bytes(b"")
-    with pytest.raises(InputError, match=r"has no poses, .*: add pictures of a thing on a printed"):
+    with pytest.raises(InputError, match=says):
         facetlog.recognize(tmp_path)
 
 

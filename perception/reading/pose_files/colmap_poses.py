@@ -62,12 +62,21 @@ def read_colmap_poses(path: Path, unit: str | None) -> PosesFile:
         pictures = colmap_pictures(path)
     except OSError as exc:
         raise InputError(f"{exc.filename or path} cannot be read: {exc.strerror}") from exc
-    project, inside = _home(path, [picture.name for picture in pictures])
+    names = [picture.name for picture in pictures]
+    project, inside = _home(path, names)
     lenses: dict[int, Intrinsics] = {}
     posed, faults = posed_pictures(
         partial(_posed, picture, cameras, lenses, inside, scale or 1.0) for picture in pictures
     )
-    return PosesFile(project, posed, None, scale is not None, faults=faults)
+    advice = "" if _there(names, inside) else f"put the pictures into {_own_home(path)}"
+    return PosesFile(project, posed, None, scale is not None, faults=faults, advice=advice)
+
+
+def _own_home(path: Path) -> Path:
+    """Where the pictures of a model belong by COLMAP's layouts."""
+    model = path.parent.resolve()
+    *_, above = _upwards(model)
+    return (above if model.name in LAYOUT or model.name.isdigit() else model) / PICTURES
 
 
 def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
@@ -137,6 +146,14 @@ def _intrinsics(camera: ColmapCamera) -> Intrinsics:
     return read_intrinsics(fields, NAMES, camera.where)
 
 
+def _lacks(folder: Path) -> str:
+    for name, other in (("images", "cameras"), ("cameras", "images")):
+        if found := colmap_models(folder, name):
+            path = found[0].relative_to(folder)
+            return f"{path.with_name(other + path.suffix)} is missing beside {path.name}"
+    return ""
+
+
 COLMAP = PoseReader(
     kind="COLMAP model",
     needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
@@ -144,4 +161,5 @@ COLMAP = PoseReader(
     takes=lambda path: path.name in ("images.bin", "images.txt"),
     read=by_unit(read_colmap_poses),
     choice=choice_of_model,
+    lacks=_lacks,
 )

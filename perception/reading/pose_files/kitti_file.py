@@ -15,7 +15,12 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.pose_checks import posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
+from facetlog.perception.reading.pose_files.pose_reader import (
+    PoseReader,
+    by_unit,
+    first_of,
+    missing_of,
+)
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -108,10 +113,17 @@ def _picture(
     return PosedPicture(name, picture, intrinsics, posed(matrix[:, :3], centre * scale, where))
 
 
+def _lacks(folder: Path) -> str:
+    """What is missing of a sequence; a calib.txt by itself may be of any other camera."""
+    sequence = (folder / POSES).is_file() or any((folder / name).is_dir() for name in FOLDERS)
+    return missing_of(POSES, CALIBRATION)(folder) if sequence else ""
+
+
 KITTI = PoseReader(
     kind="KITTI sequence",
     needs=f"KITTI's {POSES} and {CALIBRATION} with {FOLDERS[0]}",
     find=first_of(POSES, CALIBRATION),
+    lacks=_lacks,
     takes=lambda path: path.name == POSES,
     read=by_unit(read_kitti),
 )

@@ -33,6 +33,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
 __all__ = ["OPENMVG", "read_openmvg"]
 
 SFM_DATA, PICTURES = "sfm_data.json", "images"
+BINARY = "sfm_data.bin"
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
 # Kinds of cameras: the model that they are, where their coefficients stand, and these' names.
 CAMERAS = {
@@ -169,10 +170,18 @@ def _picture(
     return PosedPicture(view.name, inside / view.name, intrinsics[view.intrinsic], found)
 
 
+def _lacks(folder: Path) -> str:
+    if not (folder / BINARY).is_file() or (folder / SFM_DATA).is_file():
+        return ""
+    convert = f"openMVG_main_ConvertSfM_DataFormat -V -I -E -i {BINARY} -o {SFM_DATA}"
+    return f"{SFM_DATA} is missing beside {BINARY}: write it by {convert}"
+
+
 OPENMVG = PoseReader(
     kind="OpenMVG model",
     needs=f"OpenMVG's {SFM_DATA}",
     find=first_of(SFM_DATA),
+    lacks=_lacks,
     takes=lambda path: path.name == SFM_DATA,
     read=by_unit(read_openmvg),
 )

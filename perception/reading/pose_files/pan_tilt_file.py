@@ -38,7 +38,9 @@ CAMERA_FILE = "camera.toml"
 POSES_FILE = "poses.csv"
 COLUMNS = ("image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg")
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
-CAMERA_EXAMPLE = 'width, height, fx, fy, cx, cy, unit = "in"'
+CAMERA_EXAMPLE = (
+    'width, height, fx, fy, cx, cy, and the unit of the poses, as unit = "m" (or cm, mm, in, ft)'
+)
 
 
 def read_pan_tilt(path: Path, unit: str | None = None) -> PosesFile:
@@ -84,7 +86,7 @@ def _scale(fields: Mapping[str, object], path: Path, unit: str | None) -> float 
         raise InputError(f'{path}: unit is {stated!r:.40}: write it in quotes, as in "in"')
     scale = metres_per(stated, str(path) if "unit" in fields else "--unit")
     if unit is not None and unit != stated:
-        raise InputError(f"{path} says unit {stated!r}, the command line {unit!r}: leave one out")
+        raise InputError(f"{path} says unit {stated!r}, and {unit!r} was given: leave one out")
     return scale
 
 

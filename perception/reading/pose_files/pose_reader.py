@@ -8,7 +8,7 @@ from facetlog.errors import InputError
 from facetlog.perception.length_units import Length
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["PoseOptions", "PoseReader", "by_unit", "first_of"]
+__all__ = ["PoseOptions", "PoseReader", "by_unit", "first_of", "missing_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class PoseReader:
     `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
     write beside this one, and from the same poses: this one is read then. One that is found `alone`
     is for folders in which no other kind is found. `choice` says of a folder with several such
-    files which one is read, for people; empty where there is one.
+    files which one is read, for people; empty where there is one. `lacks` says of a folder that
+    has part of this kind, and so is not found, what is missing; empty of any other.
     """
 
     kind: str
@@ -48,6 +49,7 @@ class PoseReader:
     made_from: tuple[str, ...] = ()
     alone: bool = False
     choice: Callable[[Path], str] = lambda _: ""
+    lacks: Callable[[Path], str] = lambda _: ""
 
 
 def by_unit(
@@ -57,7 +59,7 @@ def by_unit(
 
     def reading(path: Path, options: PoseOptions) -> PosesFile:
         if options.square is not None:
-            raise InputError(f"--square is for pictures of a mat, and {path} has poses: omit it")
+            raise InputError(f"square is for pictures of a mat, and {path} has poses: omit it")
         return read(path, options.unit)
 
     return reading
@@ -71,3 +73,17 @@ def first_of(*names: str) -> Callable[[Path], Path | None]:
         return paths[0] if all(path.is_file() for path in paths) else None
 
     return find
+
+
+def missing_of(*names: str) -> Callable[[Path], str]:
+    """What says which of these files a folder lacks that has another of them."""
+
+    def missing(folder: Path) -> str:
+        there = [name for name in names if (folder / name).is_file()]
+        absent = [name for name in names if name not in there]
+        if not there or not absent:
+            return ""
+        verb = "is" if len(absent) == 1 else "are"
+        return f"{' and '.join(absent)} {verb} missing beside {' and '.join(there)}"
+
+    return missing

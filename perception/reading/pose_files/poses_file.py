@@ -170,7 +170,7 @@ class PosesFile:
     `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
     found. `kind` says more of it than its reader does, for people; else it is empty. `scale_sd` is
     the relative standard deviation of its unit (as in `PoseErrors`). `notes` say, for people,
-    what would make the poses better.
+    what would make the poses better, `advice` what to do if no picture can be used.
     """
 
     folder: Path
@@ -183,6 +183,7 @@ class PosesFile:
     kind: str = ""
     scale_sd: float = 0.0
     notes: tuple[str, ...] = ()
+    advice: str = ""
 
 
 def posed_pictures(

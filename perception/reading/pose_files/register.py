@@ -62,8 +62,16 @@ def poses_path(path: Path) -> Path:
 
 
 def find_poses(folder: Path) -> Path:
-    """The poses file in a folder; InputError where there is none, or there are several kinds."""
+    """The poses file in a folder; InputError where there is none, it is not all there, or there are
+    several kinds."""
     found = _found(folder)
+    if all(reader.alone for reader, _ in found):  # poses are never dropped without a word
+        for reader in READERS:
+            if lack := reader.lacks(folder):
+                raise InputError(
+                    f"{folder} has part of a {reader.kind}: {lack}; to go without, put the "
+                    "pictures into a folder of their own"
+                )
     if not found:
         raise InputError(f"{folder} has no poses, {_holds(folder)}: add {_needs()}")
     if len(found) > 1:

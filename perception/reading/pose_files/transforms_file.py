@@ -44,8 +44,9 @@ TRANSFORMS_FILE, TRAIN_FILE = "transforms.json", "transforms_train.json"
 NAMES = FieldNames("w", "h", "fl_x", "fl_y", pixel_centre=0.5)
 CAMERA_FIELDS = (
     *("camera_model", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y"),
-    *COEFFICIENTS,
+    *("is_fisheye", *COEFFICIENTS),
 )
+FISHEYE = "OPENCV_FISHEYE"
 # Names without an extension (as Blender's exports have them) are tried with these, in order.
 EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".webp", ".bmp")
 # OpenGL's camera looks along -z with y up, OpenCV's along +z with y down.
@@ -66,7 +67,7 @@ def read_transforms(path: Path, unit: str | None = None) -> PosesFile:
         raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
     said = document.get("unit")
     if said is not None and unit is not None and said != unit:
-        raise InputError(f"{path} says unit {said!r:.40}, the command line {unit!r}: leave one out")
+        raise InputError(f"{path} says unit {said!r:.40}, and {unit!r} was given: leave one out")
     given = said if unit is None else unit
     where = f"{path}: unit" if unit is None else "--unit"
     scale = None if given is None else metres_per(given, where)
@@ -138,6 +139,7 @@ def _frame(
         raise InputError(f"{where}: no file_path: give the picture's path relative to this file")
     where = f"{where} ({name!r:.80})"
     fields = {key: frame.get(key, document.get(key)) for key in CAMERA_FIELDS}
+    fields = _with_fisheye(fields, where)
     matrix = _matrix(frame.get("transform_matrix"), where)
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # numbers that no rotation has
@@ -152,6 +154,24 @@ def _frame(
         covariance=_covariance(frame.get("covariance"), scale, where),
         frame=of_video,
     )
+
+
+def _with_fisheye(fields: dict[str, object], where: str) -> dict[str, object]:
+    """The fields with instant-ngp's `is_fisheye`, by which OpenCV's fisheye is meant, as a model.
+
+    Source: read_lens of instant-ngp's nerf_loader.cu.
+    """
+    said = fields.pop("is_fisheye")
+    if said is None or said is False:
+        return fields
+    if said is not True:
+        raise CalibrationError(f"{where}: is_fisheye is {said!r:.40}: give true or false")
+    model = fields["camera_model"]
+    if model not in (None, FISHEYE):
+        raise CalibrationError(
+            f"{where}: is_fisheye is true, yet camera_model is {model!r:.40}: leave one out"
+        )
+    return {**fields, "camera_model": FISHEYE}
 
 
 def _video_frame(
@@ -201,14 +221,14 @@ def _matrix(rows: object, where: str) -> FloatArray:
 
 
 def _picture_path(folder: Path, name: str) -> Path:
+    """The file of a picture, whose name may be written without an extension, and on Windows."""
     path = folder / name
     try:
-        if path.is_file():
-            return path
-        for extension in EXTENSIONS:
-            candidate = folder / (name + extension)
-            if candidate.is_file():
-                return candidate
+        for written in dict.fromkeys((name, name.replace("\\", "/"))):
+            for extension in ("", *EXTENSIONS):
+                candidate = folder / (written + extension)
+                if candidate.is_file():
+                    return candidate
     except (OSError, ValueError):  # a name that no file can have: reported where it is read
         return path
     return path

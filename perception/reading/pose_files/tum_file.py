@@ -20,7 +20,12 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
+from facetlog.perception.reading.pose_files.pose_reader import (
+    PoseReader,
+    by_unit,
+    first_of,
+    missing_of,
+)
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -109,6 +114,7 @@ TUM = PoseReader(
     kind="TUM trajectory",
     needs=f"{TRAJECTORY} and {PICTURES} with {CAMERA_FILE}",
     find=first_of(TRAJECTORY, PICTURES),
+    lacks=missing_of(TRAJECTORY, PICTURES),
     takes=lambda path: path.name == TRAJECTORY,
     read=by_unit(read_tum),
 )

@@ -135,10 +135,16 @@ def _find(folder: Path) -> Path | None:
     return paths[0] if len(paths) == 1 else None
 
 
+def _lacks(folder: Path) -> str:
+    names = sorted(path.name for path in folder.glob(f"*{SUFFIX}"))
+    return f"name the one to use of {' and '.join(names)}" if len(names) > 1 else ""
+
+
 VISUALSFM = PoseReader(
     kind="VisualSFM model",
     needs=f"one {SUFFIX} file of VisualSFM",
     find=_find,
+    lacks=_lacks,
     takes=lambda path: path.suffix == SUFFIX,
     read=by_unit(read_visualsfm),
 )

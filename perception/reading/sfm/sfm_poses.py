@@ -52,7 +52,7 @@ def read_by_motion(folder: Path, options: PoseOptions) -> PosesFile:
     """
     if options.axis:
         raise InputError(
-            "--up: no axis of a world that structure from motion makes can be known: leave it out "
+            "up: no axis of a world that structure from motion makes can be known: leave it out "
             "(up is that of the ground then), or give none"
         )
     # As EXIF turns them: which way the ground lies is known from how cameras were held.

@@ -28,7 +28,9 @@ def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str
     for path in (*found, *listed):
         once.setdefault(os.path.realpath(path), path)
     if not once:
-        raise InputError("there is no scene to classify: give files, folders, globs or --from")
+        raise InputError(
+            "there is no scene to classify: give files, folders or globs, or a list of them"
+        )
     return tuple(once.values())
 
 

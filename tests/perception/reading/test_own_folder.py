@@ -78,7 +78,7 @@ def test_a_picture_outside_of_the_folder_is_refused_before_any_is_read(
         read_views(folder, progress=lambda *step: seen.append(step))
     said = str(told.value)
     assert said.startswith(f"{folder}/transforms.json: picture {name!r} is outside of {folder}: ")
-    assert said.endswith("give --trust if the poses file is your own")
+    assert said.endswith("or trust the poses file (--trust, trust=True) if it is your own")
     assert "\n" not in said
     assert seen == []
 
@@ -94,7 +94,7 @@ def test_a_followed_folder_is_held_to_the_same(naming: Naming, folder: Path) -> 
     _name(folder, naming(folder, folder.parent / "elsewhere"))
     views = iter(FollowedViews(folder, timeout=0.0))
     next(views)
-    with pytest.raises(OutsideError, match="give --trust"):
+    with pytest.raises(OutsideError, match=r"trust the poses file \(--trust, trust=True\)"):
         next(views)
     if naming is not _that_is_not_there:
         assert len(list(FollowedViews(folder, trusted=True, timeout=0.0))) == 3

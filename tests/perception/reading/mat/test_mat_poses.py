@@ -127,7 +127,7 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
     write_photos(folder, photos()[:2], first=50)
     found = read_views(folder)
     assert found.description.startswith("nerfstudio's transforms.json, 3 pictures")
-    with pytest.raises(InputError, match="--square is for pictures of a mat"):
+    with pytest.raises(InputError, match="square is for pictures of a mat"):
         read_views(folder, square=Length(0.018))
 
 

@@ -306,6 +306,25 @@ def test_a_model_is_followed_as_transforms_json_is(tmp_path: Path) -> None:
     same_views(views, read_views(tmp_path).views)
 
 
+@pytest.mark.parametrize("place", [".", "sparse/0"])
+def test_a_model_whose_pictures_are_elsewhere_says_where_they_belong(
+    tmp_path: Path, place: str
+) -> None:
+    write_colmap_text(tmp_path / place, colmap_rows())
+    with pytest.raises(InputError, match=rf"put the pictures into {tmp_path / 'images'}$"):
+        read_views(tmp_path)
+
+
+@pytest.mark.parametrize(("kept", "gone"), [("images", "cameras"), ("cameras", "images")])
+def test_half_a_model_is_named_even_beside_pictures(tmp_path: Path, kept: str, gone: str) -> None:
+    write_colmap_binary(tmp_path / "sparse", colmap_rows())
+    (tmp_path / "sparse" / f"{gone}.bin").unlink()
+    write_pictures(tmp_path)
+    says = rf"part of a COLMAP model: sparse/{gone}\.bin is missing beside {kept}\.bin; to go"
+    with pytest.raises(InputError, match=says):
+        read_views(tmp_path)
+
+
 def test_a_model_without_pictures_is_a_cloud(tmp_path: Path) -> None:
     write_colmap_text(tmp_path / "sparse", colmap_rows(), OF_TRANSFORMS)
     assert not has_poses(tmp_path)

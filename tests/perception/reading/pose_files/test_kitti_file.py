@@ -62,6 +62,13 @@ def test_faults_are_named_with_their_line(
         read_views(write_kitti(tmp_path, poses, calibration))
 
 
+@pytest.mark.parametrize("names", [("poses", "calib"), ("calib", "poses")])
+def test_half_a_sequence_is_named(tmp_path: Path, names: tuple[str, str]) -> None:
+    (write_kitti(tmp_path) / f"{names[0]}.txt").unlink()
+    with pytest.raises(InputError, match=rf"{names[0]}\.txt is missing beside {names[1]}\.txt"):
+        read_views(tmp_path)
+
+
 def test_a_sequence_without_pictures_is_named(tmp_path: Path) -> None:
     write_kitti(tmp_path, pictures="image_9")
     with pytest.raises(InputError, match="has no folder image_0 of pictures"):

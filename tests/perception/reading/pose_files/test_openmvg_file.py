@@ -127,3 +127,9 @@ def test_faults_are_named_with_their_place(tmp_path: Path, old: str, new: str, s
     (folder / "sfm_data.json").write_text(text.replace(old, new))
     with pytest.raises(InputError, match=says):
         read_views(folder)
+
+
+def test_the_binary_form_is_named_with_the_way_to_json(tmp_path: Path) -> None:
+    (write_pictures(tmp_path) / "sfm_data.bin").write_bytes(b"")
+    with pytest.raises(InputError, match=r"write it by openMVG_main_ConvertSfM_DataFormat"):
+        read_views(tmp_path)

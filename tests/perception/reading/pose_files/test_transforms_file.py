@@ -44,3 +44,39 @@ def test_both_files_in_one_folder_are_refused(tmp_path: Path) -> None:
     (folder / "transforms_train.json").write_text("{}")
     with pytest.raises(InputError, match=r"has both transforms_train\.json .* name the one to use"):
         read_views(folder)
+
+
+def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
+    lens = {"k1": 0.05, "k2": 0.01, "k3": 0.0, "k4": 0.0}
+    plain = {key: value for key, value in transforms().items() if key != "camera_model"} | lens
+    wanted = write_transforms(tmp_path / "a", plain | {"camera_model": "OPENCV_FISHEYE"})
+    found = write_transforms(tmp_path / "b", plain | {"is_fisheye": True})
+    same_views(read_views(found).views, read_views(wanted).views)
+    other = write_transforms(tmp_path / "c", plain | {"is_fisheye": False})
+    camera = write_transforms(tmp_path / "d", plain | {"camera_model": "OPENCV"})
+    same_views(read_views(other).views, read_views(camera).views)
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ({"is_fisheye": "yes"}, "is_fisheye is 'yes': give true or false"),
+        ({"is_fisheye": True, "camera_model": "OPENCV"}, "is_fisheye is true, yet camera_model"),
+    ],
+)
+def test_an_unclear_is_fisheye_is_named(tmp_path: Path, more: dict[str, object], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        read_views(write_transforms(tmp_path, transforms() | more))
+
+
+def test_backslashes_in_a_name_are_slashes(tmp_path: Path) -> None:
+    document = transforms()
+    wanted = read_views(write_transforms(tmp_path / "a", document))
+    folder = write_pictures(tmp_path / "b" / "images").parent
+    for frame in document["frames"]:
+        frame["file_path"] = "images\\" + Path(frame["file_path"]).name
+    (folder / "transforms.json").write_text(json.dumps(document))
+    found = read_views(folder).views
+    assert [view.name for view in found] == [f["file_path"] for f in document["frames"]]
+    for one, other in zip(found, wanted.views, strict=True):
+        np.testing.assert_array_equal(one.image, other.image)

@@ -57,6 +57,19 @@ def test_faults_are_named_with_their_line(tmp_path: Path, old: str, new: str, sa
         read_views(write_tum(tmp_path, TRAJECTORY.replace(old, new)))
 
 
+@pytest.mark.parametrize("names", [("rgb", "groundtruth"), ("groundtruth", "rgb")])
+def test_half_a_recording_is_named(tmp_path: Path, names: tuple[str, str]) -> None:
+    (write_tum(tmp_path) / f"{names[0]}.txt").unlink()
+    with pytest.raises(InputError, match=rf"{names[0]}\.txt is missing beside {names[1]}\.txt"):
+        read_views(tmp_path)
+
+
+def test_a_missing_camera_is_asked_for_with_the_unit_of_the_trajectory(tmp_path: Path) -> None:
+    (write_tum(tmp_path) / "camera.toml").unlink()
+    with pytest.raises(InputError, match=r'the unit of the poses, as unit = "m"'):
+        read_views(tmp_path)
+
+
 def test_times_of_two_clocks_and_a_missing_camera_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no pose is within 0\.02 s .* one clock"):
         read_views(write_tum(tmp_path, pictures="1e9 rgb/0.png\n"))

@@ -55,6 +55,13 @@ def test_a_calibration_in_the_first_line_and_a_distortion_are_of_each_lens(tmp_p
     assert (lens.distortion, lens.projection) == (Distortion.INVERSE, (-0.05,))
 
 
+def test_of_two_models_one_is_to_be_named_even_beside_pictures(tmp_path: Path) -> None:
+    write_pictures(write_visualsfm(tmp_path))
+    (tmp_path / "other.nvm").write_text("NVM_V3\n")
+    with pytest.raises(InputError, match=r"name the one to use of \w+\.nvm and \w+\.nvm; to go"):
+        read_views(tmp_path)
+
+
 def test_names_with_spaces_are_written_with_quotation_marks(tmp_path: Path) -> None:
     write_visualsfm(tmp_path, NVM.replace("images/2.png", 'images\\my"third.png'))
     (tmp_path / "images" / "2.png").rename(tmp_path / "images" / "my third.png")

@@ -64,8 +64,8 @@ def test_too_few_pictures_are_refused_before_any_work(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        (["--up", "z"], "--up: no axis of a world that structure from motion makes can be known"),
-        (["--unit", "m"], '--unit .* a known length does: --scale "height = 74 cm"'),
+        (["--up", "z"], "up: no axis of a world that structure from motion makes can be known"),
+        (["--unit", "m"], 'unit .* a known length as scale does: "height = 74 cm"'),
         (["--square", "17mm"], "no mat is seen in any of 3 pictures: print one"),
     ],
 )
