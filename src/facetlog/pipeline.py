@@ -140,17 +140,38 @@ def views_from(
 
 
 def _check_not_written(path: Path) -> None:
-    """Raises InputError for a folder of results: its pictures only show what was found."""
+    """Raises InputError for a folder of results: its pictures only show what was found; and for
+    a file of what was measured already."""
     from facetlog.output_folder import written_files
     from facetlog.perception.reading.pose_files.register import only_pictures
     from facetlog.query_shell.scene_files import SCENE_FILE
 
+    if path.is_file() and _is_measured(path):
+        raise InputError(
+            f"{path} is measured already, no poses of pictures: facetlog classify {path} says what "
+            f"it is, facetlog why {path} MODEL why"
+        )
     if SCENE_FILE in written_files(path) and only_pictures(path):
         raise InputError(
             f"{path} is what a run wrote (-o), and its pictures show what was found: ask its scene "
             f"(facetlog why {path / SCENE_FILE} MODEL, facetlog query {path / SCENE_FILE}), or "
             "recognize the folder of the pictures it was made from"
         )
+
+
+def _is_measured(path: Path) -> bool:
+    """Whether a file is a scene by its schema, or a mesh or cloud by its suffix."""
+    from facetlog.perception.reading.pose_files.json_file import read_json
+    from facetlog.perception.reading.pose_files.register import has_poses
+    from facetlog.perception.shapes.shape_options import says_itself, shapes_among
+
+    if not says_itself(path.name):
+        return bool(shapes_among((path.name,))) and not has_poses(path)
+    try:
+        document = read_json(path)
+    except InputError:  # who reads it for poses says what is wrong
+        return False
+    return isinstance(document, dict) and str(document.get("schema")).startswith("facetlog-scene/")
 
 
 def check_up(up: Up) -> None:

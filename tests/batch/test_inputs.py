@@ -53,7 +53,7 @@ def test_a_file_may_be_called_like_a_glob(folder: Path) -> None:
     [
         ((), "there is no scene to classify"),
         (("x*.json",), "no file is called so"),
-        (("out",), "out: the folder has no scene, mesh or cloud"),
+        (("out",), "out: the folder has no scene, mesh or cloud$"),
     ],
 )
 def test_sources_that_find_nothing_are_refused(sources: tuple[str, ...], says: str) -> None:

@@ -305,3 +305,31 @@ def test_in_a_program_nothing_is_shown_unless_it_says_so() -> None:
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert (run.stdout, run.stderr) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("argv", "way_out"),
+    [
+        (["recognize", "scene.json"], "facetlog classify scene.json says what it is"),
+        (["reconstruct", "block.ply", "-o", "out.json"], "facetlog classify block.ply says"),
+        (["recognize", "photos/0.png"], "give the folder of all that show the thing"),
+        (["query", "photos/0.png", "face(F)"], "facetlog recognize photos -o OUT makes one"),
+        (["query", "photos", "face(F)"], "facetlog recognize photos -o OUT makes one"),
+        (["why", "photos", "box"], "facetlog recognize photos -o OUT makes one"),
+        (["classify", "photos"], "facetlog recognize photos -o OUT makes one"),
+    ],
+)
+def test_what_goes_to_another_command_is_pointed_there(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    argv: list[str],
+    way_out: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_scene(cuboid(), Path("scene.json"))
+    Path("block.ply").write_text("ply\n")
+    Path("photos").mkdir()
+    cv2.imwrite("photos/0.png", np.zeros((8, 8), dtype=np.uint8))
+    assert main(argv) == 2
+    assert way_out in _refusal(capsys)

@@ -6,6 +6,7 @@ A new kind is a module here with a PoseReader, and a name in READERS.
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
 from facetlog.perception.reading.pictures_alone import PICTURES
 from facetlog.perception.reading.pose_files.arkit_captures import POLYCAM, RECORD3D
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
@@ -111,6 +112,8 @@ def read_poses(path: Path, options: PoseOptions) -> PosesFile:
     reader = _reader_of(path)
     if reader is not None:
         return reader.read(path, options)
+    if path.suffix.lower() in PICTURE_SUFFIXES:
+        raise InputError(f"{path} is one picture: give the folder of all that show the thing")
     video = (
         f'; of a video a {TRANSFORMS_FILE} with "video": "{path.name}" and a pose for each frame'
         if path.suffix.lower() in VIDEO_KINDS

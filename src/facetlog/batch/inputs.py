@@ -8,6 +8,7 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import shapes_among
+from facetlog.pictures_hint import hint_of_pictures
 from facetlog.regular_file import MOST_BYTES, read_regular
 
 __all__ = ["paths_listed", "scene_paths"]
@@ -38,7 +39,8 @@ def _found(source: str) -> tuple[str, ...]:
     if Path(source).is_dir():
         inside = tuple(_shapes_in(source))
         if not inside:
-            raise InputError(f"{source}: the folder has no scene, mesh or cloud")
+            hint = hint_of_pictures(Path(source))
+            raise InputError(f"{source}: the folder has no scene, mesh or cloud{hint}")
         return inside
     if not glob.has_magic(source) or Path(source).exists():
         return (source,)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
+from facetlog.pictures_hint import hint_of_pictures
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 if TYPE_CHECKING:
@@ -90,6 +91,8 @@ def scene_file(path: Path) -> SceneFile:
     inside = path / SCENE_FILE if path.is_dir() else path
     if is_raw_shape(path):
         return SceneFile(path, path.stem or path.resolve().name, None, None)
+    if path.suffix not in ("", SUFFIX) and (hint := hint_of_pictures(path)):
+        raise InputError(f"{path} holds no scene{hint}")
     try:
         data = read_regular(inside, MOST_SCENE_BYTES)
     except FileNotFoundError:
@@ -97,6 +100,7 @@ def scene_file(path: Path) -> SceneFile:
             raise InputError(f"{path} does not exist: give a scene.json or its folder") from None
         raise InputError(
             f"{path} holds no {SCENE_FILE}: give a folder that -o wrote, or a scene file"
+            f"{hint_of_pictures(path)}"
         ) from None
     except OSError as exc:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc

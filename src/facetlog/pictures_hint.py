@@ -1,0 +1,19 @@
+"""Where pictures are given to what takes scenes: which command makes one of them."""
+
+from pathlib import Path
+from shlex import quote
+
+__all__ = ["hint_of_pictures"]
+
+
+def hint_of_pictures(path: Path) -> str:
+    """The end of a message about a picture, or a folder with some; empty for anything else."""
+    # Loaded only now: who gives scenes does without OpenCV.
+    from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
+    from facetlog.perception.reading.shots import has_shots
+
+    folder = path if path.is_dir() else path.parent
+    shown = has_shots(path) if path.is_dir() else path.suffix.lower() in PICTURE_SUFFIXES
+    if not shown:
+        return ""
+    return f"; of pictures facetlog recognize {quote(str(folder))} -o OUT makes one"
