@@ -233,33 +233,42 @@ class SeenLattice:
 class Scene:
     """Everything that was reconstructed: what the facts are made of.
 
-    `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
-    otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
-    `patches` are surface that is not flat. Without `bodies` the objects are found from what
-    touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
-    the views as they were adjusted to what all of them show, and `cameras` what these took their
-    pictures with; both are empty where no picture shows the scene. `lenses` say by what the views
-    were corrected, empty where lenses are as stated; a scene file does not keep them. `sights`
-    and `lattices` say which space is known to be free. `scale_sd` is the relative standard
-    deviation of metres: an error of all lengths alike, which is in no covariance.
+    Lengths are metres where `metric` is true.
     """
 
     name: str
+    """What the scene is called."""
     views: tuple[str, ...] = ()
+    """The names of the pictures."""
     vertices: tuple[Vertex, ...] = ()
+    """Points with their covariances; v1 is the first."""
     edges: tuple[Edge, ...] = ()
+    """Straight edges between vertices; they need not bound a face."""
     faces: tuple[Face, ...] = ()
+    """Flat faces with outlines and holes; f1 is the first."""
     up: FloatArray | None = None
+    """A unit vector (3,), or None where it is not known."""
     metric: bool = False
+    """Whether lengths are metres; otherwise the scale is unknown and only ratios mean something."""
     warnings: tuple[str, ...] = field(default=())
+    """What is doubtful, a line each."""
     patches: tuple[Patch, ...] = ()
+    """Surface that is not flat."""
     bodies: tuple[Body, ...] = ()
+    """Objects that the file states; each face, edge and patch is of one at most. Without any they
+    are found from what touches what (things.py)."""
     poses: tuple[Pose, ...] = ()
+    """Those of the views as adjusted to what all show; empty where no picture shows the scene."""
     lenses: tuple[LensError, ...] = ()
+    """By what the views were corrected, empty where lenses are as stated; a file keeps none."""
     sights: tuple[SightLines, ...] = ()
+    """Lines of sight, along which space is known to be free."""
     cameras: tuple[Camera, ...] = ()
+    """What the pictures were taken with; empty where no picture shows the scene."""
     lattices: tuple[SeenLattice, ...] = ()
+    """Cells of planes that views see, up to which space is known to be free."""
     scale_sd: float = 0.0
+    """Relative standard deviation of metres: an error of all lengths alike, in no covariance."""
 
     def __repr__(self) -> str:
         # All numbers of a scene would fill a notebook.

@@ -185,18 +185,20 @@ class LensError:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """One grey picture (H, W) uint8 with its camera and pose; `name` is what messages call it.
-
-    `stored` is the picture itself where `image` is a reduced copy of it. `pose_cov` (6, 6) is how
-    far the pose may be off, as in `PoseErrors`, where its source states it.
-    """
+    """One grey picture with its camera and pose."""
 
     name: str
+    """What messages call it."""
     image: Image
+    """Grey levels (H, W), uint8, of a pinhole's picture."""
     camera: Camera
+    """The intrinsics, in pixels of `image`."""
     pose: Pose
+    """Where the camera stands."""
     stored: StoredPicture | None = None
+    """The picture itself where `image` is a reduced copy of it."""
     pose_cov: FloatArray | None = None
+    """How far the pose may be off, (6, 6) as in `PoseErrors`, where its source states it."""
 
     def __post_init__(self) -> None:
         if self.image.shape != (self.camera.height, self.camera.width):

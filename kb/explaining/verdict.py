@@ -103,29 +103,39 @@ class Condition:
 class Verdict:
     """What one model says of one thing.
 
-    `state` is what the measured values say. `degree` and `degree_at_most` bound the probability
-    that the true values lie within the model's tolerances; they are equal where all was measured.
-    `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
-    None where the scale is not known. `specialises` names the models of which this one is a special
-    case, the nearest first. `confidence` is how often the model was right of labelled things that
-    were measured likewise, where it gave such a verdict (calibration.py); None of a verdict on no
-    thing, of parts that were given, and where nothing is calibrated. `unseen` says why parts may
-    have been missed and from where they could be seen, if someone asked why it does not hold.
+    `degree` and `degree_at_most` bound the probability that the true values lie within the model's
+    tolerances; they are equal where all was measured.
     """
 
     model: str
+    """The model's name."""
     thing: str
+    """The thing's name, as t1; empty of no thing."""
     state: State
+    """What the measured values say: holds, fails or unknown."""
     degree: float
+    """The probability that it holds, from this scene alone; at least that."""
     degree_at_most: float
+    """What it is at most, whatever was not seen."""
     parts: tuple[Part, ...]
+    """The parts of the model and the faces that play them."""
     sizes: tuple[Size, ...]
+    """Lengths of the thing with their standard deviations."""
     conditions: tuple[Condition, ...]
+    """The lines of the model, each with its proof."""
     also: int = 0
+    """How many other ways to choose the parts hold as well."""
     length_unit: str | None = None
+    """'m', or None where the scale is not known."""
     specialises: tuple[str, ...] = ()
+    """The models of which this one is a special case, the nearest first."""
     confidence: float | None = field(default=None, compare=False)
+    """How often the model was right of labelled things that were measured likewise, where it gave
+    such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
+    where nothing is calibrated."""
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
+    """Why parts may have been missed and from where they could be seen, if someone asked why it
+    does not hold."""
 
     def __repr__(self) -> str:
         # With its proof it would fill pages.

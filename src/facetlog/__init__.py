@@ -5,13 +5,41 @@ import os  # pathlib takes 20 ms to load, in which a Ctrl-C would be a traceback
 # Types for who checks them; at run time what is exported is loaded when it is first named.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from facetlog.errors import FacetlogError, InputError
+    from facetlog.kb.explaining.verdict import Verdict
     from facetlog.library.calls import ask, classify, read_scene, recognize
     from facetlog.library.result import Reason, Result
+    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import View
 
 __version__ = "0.1.0"
 """The version of facetlog."""
 
-__all__ = ["Reason", "Result", "__version__", "ask", "classify", "read_scene", "recognize"]
+__all__ = [
+    "FacetlogError",
+    "InputError",
+    "Reason",
+    "Result",
+    "Scene",
+    "Verdict",
+    "View",
+    "__version__",
+    "ask",
+    "classify",
+    "read_scene",
+    "recognize",
+]
+
+# The modules of classes; functions are in library.calls.
+_PLACES = {
+    "FacetlogError": "errors",
+    "InputError": "errors",
+    "Reason": "library.result",
+    "Result": "library.result",
+    "Scene": "perception.scene",
+    "Verdict": "kb.explaining.verdict",
+    "View": "perception.types",
+}
 
 # A checkout without symbolic links (an archive, some file systems) has the five rooms only at
 # the top of the repository: look for them there.
@@ -29,5 +57,5 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    place = "result" if name in ("Reason", "Result") else "calls"
-    return getattr(import_module(f"{__name__}.library.{place}"), name)
+    place = _PLACES.get(name, "library.calls")
+    return getattr(import_module(f"{__name__}.{place}"), name)

@@ -18,9 +18,10 @@ __all__ = [
 
 
 class FacetlogError(Exception):
-    """Root of all errors of facetlog; `exit_code` is what the command line ends with."""
+    """Root of all errors of facetlog: its message is one line that names the way out."""
 
     exit_code = 2
+    """What the command line ends with."""
 
 
 class InputError(FacetlogError):

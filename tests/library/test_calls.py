@@ -302,3 +302,11 @@ def test_exports_are_loaded_only_when_they_are_named() -> None:
         "assert not hasattr(facetlog, 'recognise_all')"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_calls_take_raise_and_return_has_a_name_of_facetlogs(table: facetlog.Result) -> None:
+    assert isinstance(table.scene, facetlog.Scene)
+    assert isinstance(table.best[0], facetlog.Verdict)
+    assert all(isinstance(view, facetlog.View) for view in tour("block"))
+    assert issubclass(InputError, facetlog.FacetlogError)
+    assert facetlog.InputError is InputError
