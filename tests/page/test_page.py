@@ -302,6 +302,15 @@ def test_answers_are_a_table_whose_names_light_up(table: Recognised) -> None:
     assert "What it is" not in text
 
 
+def test_only_names_that_the_scene_has_light_up(table: Recognised) -> None:
+    cells = ("f1 and f99", "e7000–e7010", "p400", "v3–v5", "v39–v42")
+    answers = Answers("face(F)", ("F",), tuple((cell,) for cell in cells))
+    shown = contents(Subject(table.scene, shown_pieces(table.scene), answers=answers))
+    names = [cell["names"] for (cell,) in shown["answers"]["rows"]]
+    assert names == ["f1", "", "", "v3 v4 v5", "v39 v40"]
+    assert [cell["text"] for (cell,) in shown["answers"]["rows"]] == [*cells]
+
+
 def test_one_verdict_that_fails_is_open_and_the_title(table: Recognised) -> None:
     chair = next(v for v in table.recognition.verdicts if v.model == "chair")
     text = page(Subject(table.scene, shown_pieces(table.scene), others=(chair,)))
