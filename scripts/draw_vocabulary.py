@@ -294,7 +294,8 @@ def _legend(left: int, top: int) -> Iterator[str]:
     yield f'<text x="{left + 32}" y="{y}">the length that is meant</text>'
     sizes = "Table, chair and shelf are those that examples build"
     yield f'<text x="{left}" y="{y + 34}">{sizes} (the shelf with four boards);</text>'
-    yield f'<text x="{left}" y="{y + 50}">all values are those that models are told of them.</text>'
+    values = "all values are those that models are given of them."
+    yield f'<text x="{left}" y="{y + 50}">{values}</text>'
 
 
 def main(arguments: list[str]) -> int:

@@ -300,7 +300,7 @@ def _said(kind: str, message: str) -> str:
     if kind != "json_invalid":
         return line
     # at the end of the text what was begun is still open
-    return f"{line}: {'it is cut short, ' if 'EOF' in line else ''}write the scene anew"
+    return f"{line}: {'it is cut short, ' if 'EOF' in line else ''}write the scene again"
 
 
 def _record(text: str | bytes, source: str) -> SceneRecord:

@@ -377,9 +377,13 @@ def _write(out: Path | None, found: Recognised, progress: Progress | None, *, fu
         write_report(out, found, full=full, progress=progress)
 
 
+WAY_TO_METRES = "give --unit, or a length that you know, as --scale 'height = 74 cm'"
+
+
 def _describe(view_set: "ViewSet", scale: "Scale | None") -> None:
     if view_set.description:
-        note(view_set.description)
+        open_unit = scale is None and not view_set.metric
+        note(view_set.description + (f": {WAY_TO_METRES}" if open_unit else ""))
     if scale is not None:
         note(f"by the known length {scale}")
 

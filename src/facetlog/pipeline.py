@@ -89,12 +89,18 @@ class Recognised:
     def placed_views(self) -> "tuple[View, ...]":
         """The views with the poses and lenses with which the scene was found; as given where it
         has none."""
-        from facetlog.perception.estimation.lens_correction import corrected
+        return placed_views(self.view_set, self.scene)
 
-        poses = dict(zip(self.scene.views, self.scene.poses, strict=False))
-        lenses = dict(zip(self.scene.views, self.scene.lenses, strict=False))
-        placed = [replace(v, pose=poses.get(v.name, v.pose)) for v in self.view_set.views]
-        return tuple(corrected(v, lenses[v.name]) if v.name in lenses else v for v in placed)
+
+def placed_views(view_set: "ViewSet", scene: "Scene") -> "tuple[View, ...]":
+    """The views with the poses and lenses with which a scene was found; as given where it has
+    none."""
+    from facetlog.perception.estimation.lens_correction import corrected
+
+    poses = dict(zip(scene.views, scene.poses, strict=False))
+    lenses = dict(zip(scene.views, scene.lenses, strict=False))
+    placed = [replace(v, pose=poses.get(v.name, v.pose)) for v in view_set.views]
+    return tuple(corrected(v, lenses[v.name]) if v.name in lenses else v for v in placed)
 
 
 def views_from(

@@ -89,7 +89,7 @@ def test_errors_name_a_file_as_it_was_given(tmp_path: Path) -> None:
     finally:
         engine.close()
     said = "Invalid JSON: EOF while parsing an object at line 1 column 1"
-    assert error == f"gone/a.json: $: {said}: it is cut short, write the scene anew"
+    assert error == f"gone/a.json: $: {said}: it is cut short, write the scene again"
 
 
 @pytest.mark.usefixtures("_engines")

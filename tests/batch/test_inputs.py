@@ -9,6 +9,7 @@ import pytest
 
 from facetlog.batch.inputs import paths_listed, scene_paths
 from facetlog.errors import InputError
+from facetlog.output_folder import output_folder
 
 
 @pytest.fixture
@@ -35,6 +36,18 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 )
 def test_files_come_once_in_the_order_given(sources: tuple[str, ...], found: list[str]) -> None:
     assert [os.path.normpath(path) for path in scene_paths(sources)] == found
+
+
+def test_what_a_run_wrote_is_one_scene_and_other_files_beside_it_are_scenes(folder: Path) -> None:
+    out = folder / "runs" / "block"
+    with output_folder(out, {}) as made:
+        for name in ("scene.json", "verdicts.json", "faces.ply", "faces.glb", "pieces.glb"):
+            (made / name).touch()
+    (out / "own.ply").touch()
+    for source in ("runs", "runs/block", "ru*"):
+        found = [os.path.normpath(path) for path in scene_paths((source,))]
+        assert found == ["runs/block/own.ply", "runs/block/scene.json"]
+    assert scene_paths(("runs/block/faces.ply",)) == ("runs/block/faces.ply",)
 
 
 def test_a_link_to_a_file_is_that_file(folder: Path) -> None:

@@ -1,5 +1,6 @@
 """Five lines of Python: recognise, read, classify and ask, and what comes back."""
 
+import html
 import pickle
 import subprocess
 import sys
@@ -14,11 +15,13 @@ import trimesh
 
 import facetlog
 from facetlog.errors import EngineError, InputError, QueryError
+from facetlog.library import result
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
+from facetlog.perception.types import Camera, Pose, View
 from tests.perception.reading.mat.mat_photos import photos, write_photos
 from tests.rendered import tour
 
@@ -64,12 +67,49 @@ def test_a_scene_is_shown_in_a_line(table: facetlog.Result) -> None:
     assert len(repr(table.scene)) < 100
 
 
-def test_a_notebook_shows_the_verdicts_and_the_scene_to_turn(table: facetlog.Result) -> None:
+def test_a_notebook_shows_the_page_with_proofs_and_the_scene_to_turn(
+    table: facetlog.Result,
+) -> None:
     shown = table._repr_html_()
-    assert shown.startswith("<pre>t1 is a table (")
-    assert '<iframe sandbox="allow-scripts" srcdoc=' in shown
-    assert "<script" not in shown.replace(shown[shown.index("<iframe") :], "")
+    assert shown.startswith('<iframe sandbox="allow-scripts" srcdoc=')
+    assert "<script" not in shown
+    inside = html.unescape(shown[shown.index('srcdoc="') + 8 : shown.rindex('" title=')])
+    assert "<h1>t1 is a table (" in inside
+    assert 'class="line" data-names="f' in inside
     assert table.why("table")._repr_html_().startswith("<pre>t1 is a table")
+
+
+def test_a_page_too_large_for_a_notebook_is_its_text(
+    table: facetlog.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(result, "MOST_PAGE_BYTES", 1000)
+    assert table._repr_html_().startswith("<pre>t1 is a table (")
+
+
+def test_a_page_is_written_with_the_pictures_that_there_are(
+    table: facetlog.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "table.html"
+    camera, pose = Camera(64, 48, 70, 70, 31.5, 23.5), Pose(np.eye(3), np.array([0.5, 0.5, -3]))
+    views = tuple(View(n, np.zeros((48, 64), dtype=np.uint8), camera, pose) for n in "ab")
+    seen = ViewSet("table", views)
+    found = facetlog.Result(table.scene, table.recognition, _view_set=seen)
+    found.write_page(path)
+    text = path.read_text(encoding="utf-8")
+    assert text.count("<figure>") == len(views)
+    assert html.unescape(found._repr_html_()).count("<figure>") == len(views)
+    monkeypatch.setattr(result, "MOST_PAGE_BYTES", len(text.encode()) - 1)
+    shown = html.unescape(found._repr_html_())  # pictures are left out first
+    assert "<h1>t1 is a table (" in shown
+    assert "<figure>" not in shown
+
+
+def test_a_page_needs_a_name_of_one_and_a_folder(table: facetlog.Result, tmp_path: Path) -> None:
+    table.write_page(tmp_path / "table.html")
+    assert "<figure" not in (tmp_path / "table.html").read_text(encoding="utf-8")
+    for path, says in (("table.txt", "ends with .html"), ("no/table.html", "folder that exists")):
+        with pytest.raises(InputError, match=says):
+            table.write_page(tmp_path / path)
 
 
 def test_a_name_in_a_notebook_is_text_and_not_markup(tmp_path: Path) -> None:
@@ -223,11 +263,13 @@ def test_own_models_are_asked_with_the_others(tmp_path: Path) -> None:
     assert not found.why("nothing").holds
 
 
-def test_views_are_recognised_from_their_folder_and_one_by_one() -> None:
+def test_views_are_recognised_from_their_folder_and_one_by_one(tmp_path: Path) -> None:
     views = tour("block")
     found = facetlog.recognize(iter(views), up="z")
     assert [verdict.model for verdict in found.best] == ["box"]
     assert found.scene.views == tuple(view.name for view in views)
+    found.write_page(tmp_path / "block.html")
+    assert (tmp_path / "block.html").read_text(encoding="utf-8").count("<figure>") == len(views)
     asked = facetlog.ask(list(views), "face(F)", up="z")
     assert list(asked["F"]) == [f"f{i}" for i in range(1, len(found.scene.faces) + 1)]
 

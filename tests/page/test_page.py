@@ -302,6 +302,15 @@ def test_answers_are_a_table_whose_names_light_up(table: Recognised) -> None:
     assert "What it is" not in text
 
 
+def test_only_names_that_the_scene_has_light_up(table: Recognised) -> None:
+    cells = ("f1 and f99", "e7000–e7010", "p400", "v3–v5", "v39–v42")
+    answers = Answers("face(F)", ("F",), tuple((cell,) for cell in cells))
+    shown = contents(Subject(table.scene, shown_pieces(table.scene), answers=answers))
+    names = [cell["names"] for (cell,) in shown["answers"]["rows"]]
+    assert names == ["f1", "", "", "v3 v4 v5", "v39 v40"]
+    assert [cell["text"] for (cell,) in shown["answers"]["rows"]] == [*cells]
+
+
 def test_one_verdict_that_fails_is_open_and_the_title(table: Recognised) -> None:
     chair = next(v for v in table.recognition.verdicts if v.model == "chair")
     text = page(Subject(table.scene, shown_pieces(table.scene), others=(chair,)))
@@ -441,6 +450,49 @@ def test_names_and_ellipsoids_are_there_for_what_is_shown_and_is_not_hidden(
         view.wait_for_function(is_sure, timeout=1000 * PATIENCE)
         view.evaluate("() => parent.postMessage({ picked: 'v1' }, '*')")  # as a click on it does
         names_when("names.join() === 'v1'")
+        browser.close()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_buttons_turn_up_and_down_about_what_is_across_for_whoever_looks(
+    text: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(text, encoding="utf-8")
+    with sync_playwright() as tools:
+        browser = tools.chromium.launch(
+            executable_path=BROWSER, args=["--no-sandbox", *SOFTWARE_3D]
+        )
+        shown = browser.new_page()
+        shown.goto(path.as_uri(), timeout=1000 * PATIENCE)
+        view = shown.frames[1]
+        place = "camera.position.clone().sub(controls.target).toArray()"
+
+        def after(turn: str) -> FloatArray:
+            before = view.evaluate(place)
+            shown.click(f"[data-turn={turn}]")
+            moved = f"() => {{ const now = {place}; return now[0] !== {before[0]!r}"
+            moved += f" || now[1] !== {before[1]!r} ? now : null; }}"
+            found = view.wait_for_function(moved, timeout=1000 * PATIENCE).json_value()
+            return np.array(found, dtype=np.float64)
+
+        view.wait_for_function("() => document.querySelector('.name')", timeout=1000 * PATIENCE)
+        for _ in range(5):  # a quarter round, where the world's x lies along the line of sight
+            side = after("right")
+        across = np.array(
+            view.evaluate("new THREE.Vector3(1, 0, 0).applyQuaternion(camera.quaternion).toArray()")
+        )
+        up = after("up")
+        assert up @ across == pytest.approx(side @ across, abs=1e-6)  # not sideways
+        assert up[1] > side[1]
+        assert np.linalg.norm(up) == pytest.approx(np.linalg.norm(side))
+        for _ in range(8):  # over the pole, in steps of the same size
+            before, up = up, after("up")
+            cosine = before @ up / (np.linalg.norm(before) * np.linalg.norm(up))
+            assert np.arccos(cosine) == pytest.approx(0.3, abs=1e-3)
+            assert up @ across == pytest.approx(side @ across, abs=1e-6)
+        shown.screenshot(path=tmp_path / "turned.png")
         browser.close()
 
 

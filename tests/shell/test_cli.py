@@ -163,7 +163,8 @@ def test_up_may_be_stated_and_what_was_read_is_described(
     folder, out = _views(tmp_path / "views"), tmp_path / "scene.json"
     assert main(["reconstruct", str(folder), "-o", str(out)]) == 0
     told = capsys.readouterr().err
-    assert "transforms.json, 3 pictures, up unknown, unit unknown\n" in told
+    way_out = "give --unit, or a length that you know, as --scale 'height = 74 cm'"
+    assert f"transforms.json, 3 pictures, up unknown, unit unknown: {way_out}\n" in told
     assert json.loads(out.read_text())["up"] is None
     assert main(["reconstruct", str(folder), "-o", str(out), "--up", "-y", "--unit", "m"]) == 0
     assert "transforms.json, 3 pictures\n" in capsys.readouterr().err

@@ -17,7 +17,9 @@ def read_json(path: Path) -> object:
     try:
         return json.loads(text)
     except json.JSONDecodeError as exc:
-        raise InputError(f"{path}:{exc.lineno}:{exc.colno}: not JSON: {exc.msg}") from exc
+        raise InputError(
+            f"{path}:{exc.lineno}:{exc.colno}: not JSON: {exc.msg}: correct it there, or {EXPORT}"
+        ) from exc
     except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
         raise InputError(f"{path}: not JSON that can be read: too deep or too long") from exc
 

@@ -84,7 +84,9 @@ def _camera(path: Path, name: str) -> tuple[Intrinsics, FloatArray]:
             try:
                 centre = -np.linalg.solve(left, last)
             except np.linalg.LinAlgError as exc:
-                raise CalibrationError(f"{where}: it projects all to a line: copy it anew") from exc
+                raise CalibrationError(
+                    f"{where}: it projects all to a line: copy it again"
+                ) from exc
             return intrinsics, np.asarray(centre, dtype=np.float64)
     raise CalibrationError(f"{path} has no {name}: add its line of 12 numbers")
 

@@ -72,7 +72,7 @@ def _camera_fields(path: Path) -> Mapping[str, object]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as exc:  # its message ends with line and column
-        raise InputError(f"{path}: not TOML: {exc}") from exc
+        raise InputError(f"{path}: not TOML: {exc}: correct it there") from exc
     except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
         raise InputError(f"{path}: not TOML that can be read: too deep or too long") from exc
 
@@ -114,7 +114,7 @@ def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
                 )
             yield lines.line_num, dict(zip(header, cells, strict=True))
     except csv.Error as exc:
-        raise InputError(f"{path}:{lines.line_num}: not CSV: {exc}") from exc
+        raise InputError(f"{path}:{lines.line_num}: not CSV: {exc}: correct it there") from exc
     if header is None:
         raise InputError(f"{path} is empty: the first line must be {','.join(COLUMNS)}")
 

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.output_folder import RUN_FILE, written_files
 from facetlog.perception.shapes.shape_options import shapes_among
 from facetlog.pictures_hint import hint_of_pictures
+from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.regular_file import MOST_BYTES, read_regular
 
 __all__ = ["paths_listed", "scene_paths"]
@@ -19,10 +21,10 @@ STDIN = "-"
 def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
     """The files that are meant, in the order given, each once.
 
-    A source is a file, a folder (searched with all that is in it for files of known suffixes) or a
-    glob, where ** stands for any folders; `listed` are paths of files, taken as they are. Files
-    that are not there are kept: their row says so. Raises InputError for a folder or glob that
-    finds none, and if there is nothing at all.
+    A source is a file, a folder (searched with all that is in it for files of known suffixes; what
+    a run wrote with -o is one scene, its scene.json) or a glob, where ** stands for any folders;
+    `listed` are paths of files, taken as they are. Files that are not there are kept: their row
+    says so. Raises InputError for a folder or glob that finds none, and if there is nothing at all.
     """
     found = [path for source in sources for path in _found(source)]
     once: dict[str, str] = {}
@@ -77,7 +79,10 @@ def _matched(pattern: str) -> Iterator[str]:
 def _shapes_in(folder: str) -> Iterator[str]:
     for place, inner, names in os.walk(folder):
         inner.sort()
-        for name in shapes_among(names):
+        written = written_files(Path(place)) if RUN_FILE in names else set()
+        # Meshes that -o wrote beside a scene are drawn from it: they are no other thing.
+        drawn = written - {SCENE_FILE} if SCENE_FILE in written else set()
+        for name in shapes_among([name for name in names if name not in drawn]):
             yield str(Path(place, name))
 
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.page_file import Html, check_page, write_page
+from facetlog.commands.page_file import Html, write_page
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
+from facetlog.page.page_path import check_page
 from facetlog.terminal import note
 
 if TYPE_CHECKING:

@@ -5,32 +5,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.errors import InputError
-
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Verdict
     from facetlog.page.contents import Answers
     from facetlog.query_shell.scene_files import SceneFile
     from facetlog.query_shell.session import Session
 
-__all__ = ["Html", "answers_to", "check_page", "write_page"]
+__all__ = ["Html", "answers_to", "write_page"]
 
 Html = Annotated[
     Path | None,
     typer.Option("--html", metavar="FILE", help="Also a page, with the scene in 3-D, to look at."),
 ]
-SUFFIXES = (".html", ".htm")
-
-
-def check_page(path: Path) -> None:
-    """Raises InputError if no page can be written there: to be called before any work.
-
-    A page that is there is replaced, no other file.
-    """
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path} is no page: give a file whose name ends with .html")
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(f"{path} cannot be written: give a file in a folder that exists")
 
 
 def write_page(

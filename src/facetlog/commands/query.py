@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from facetlog.commands.page_file import Html, answers_to, check_page, write_page
+from facetlog.commands.page_file import Html, answers_to, write_page
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
+from facetlog.page.page_path import check_page
 
 __all__ = ["query_command"]
 

@@ -72,9 +72,10 @@ def recognize(
     )
     # Before any long work: a model that cannot be used would lose it.
     with open_models(paths, trusted=trust, raw=raw) as base:
-        scene = _in_scale(_scene_of(source, stated), known)
+        measured, view_set = _measured(source, stated)
+        scene = _in_scale(measured, known)
         load_scene(base, scene)
-        return Result(scene, judged_scene(base, scene.name), paths, trust, raw)
+        return Result(scene, judged_scene(base, scene.name), paths, trust, raw, view_set)
 
 
 def read_scene(
@@ -222,6 +223,11 @@ class _Stated:
 
 
 def _scene_of(source: Source, stated: _Stated) -> "Scene":
+    return _measured(source, stated)[0]
+
+
+def _measured(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]":
+    """The scene, and the views that it was reconstructed from if it was."""
     from facetlog.perception.reading.pose_files.register import find_poses, has_poses
     from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
     from facetlog.perception.scene import Scene
@@ -231,21 +237,23 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
     up, unit = _stated(stated.up), _unit(stated.unit)
     _up(up)  # a word that is none is refused before any long work
     if isinstance(source, Scene):
-        return as_stated(source, ShapeOptions(_up(up), up is None, unit))
+        return as_stated(source, ShapeOptions(_up(up), up is None, unit)), None
     if isinstance(source, Result):
-        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit))
+        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit)), None
     if not isinstance(source, str | Path):
-        return _reconstructed(_view_set(source, up))
+        view_set = _view_set(source, up)
+        return _reconstructed(view_set), view_set
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     if _written_scene(path) is None and has_poses(path):
-        return _reconstructed(_read_views(path, stated))
+        view_set = _read_views(path, stated)
+        return _reconstructed(view_set), view_set
     if stated.square is not None:
         raise InputError(f"square is for pictures of a mat, and {path} holds none: omit it")
     if path.is_dir() and _written_scene(path) is None and find_colmap_model(path) is None:
         find_poses(path)  # which lists what the folder would need
-    return _read_scene(path, up, unit)
+    return _read_scene(path, up, unit), None
 
 
 def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":

@@ -3,7 +3,7 @@
 import html
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -15,11 +15,15 @@ from facetlog.kb.engine.closing import Closing
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition, Verdict
     from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.page.contents import Subject
+    from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
 
 __all__ = ["Reason", "Result"]
 
-VIEWER_HEIGHT_PX = 420
+PAGE_HEIGHT_PX = 720
+MOST_PAGE_BYTES = 8_000_000
+"""Of a page within a notebook, which keeps it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,6 +77,8 @@ class Result(Closing):
 
     raw: bool = False
     """Whether verdicts have degrees alone, and no confidence."""
+
+    _view_set: "ViewSet | None" = field(default=None, repr=False)
 
     _lock: Any = field(default_factory=threading.Lock, repr=False)
 
@@ -167,21 +173,58 @@ class Result(Closing):
         return f"<{self.scene.name}: {found}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>{_viewer(self.scene)}"
+        subject = self._subject
+        # Pictures are most of a page.
+        for shown in (subject, replace(subject, views=())) if subject.views else (subject,):
+            text = _page(shown)
+            if len(text.encode()) <= MOST_PAGE_BYTES:
+                return (
+                    f'<iframe sandbox="allow-scripts" srcdoc="{html.escape(text, quote=True)}" '
+                    f'title="{html.escape(subject.title, quote=True)}" '
+                    f'style="width: 100%; height: {PAGE_HEIGHT_PX}px; border: 0"></iframe>'
+                )
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+    def write_page(self, path: str | Path) -> None:
+        """Writes what `recognize -o` calls report.html: a page that needs no other file.
+
+        It has the scene in 3-D, the verdicts with proofs whose lines light up faces, and the
+        pictures if there were any. Raises InputError for a path that does not end with .html or
+        cannot be written.
+        """
+        from facetlog.page.page_path import check_page
+        from facetlog.perception.whole_file import write_whole
+
+        place = Path(path)
+        check_page(place)
+        try:
+            write_whole(place, _page(self._subject).encode())
+        except OSError as exc:
+            raise InputError(
+                f"{place} cannot be written: {exc.strerror or exc}: give another file"
+            ) from exc
+
+    @property
+    def _subject(self) -> "Subject":
+        from facetlog.page.contents import Subject
+        from facetlog.perception.facts.piece_facts import shown_pieces
+        from facetlog.pipeline import placed_views
+
+        given = self._view_set
+        return Subject(
+            self.scene,
+            shown_pieces(self.scene),
+            self.best,
+            tuple(verdict for verdict in self.verdicts if verdict not in self.best),
+            views=() if given is None else placed_views(given, self.scene),
+            warnings=(*(() if given is None else given.problems), *self.scene.warnings),
+        )
 
 
-def _viewer(scene: "Scene") -> str:
-    """A frame with the faces, to turn by mouse; nothing where there are none."""
-    from facetlog.perception.surfaces.mesh_export import viewer_html
+def _page(subject: "Subject") -> str:
+    from facetlog.page.write import page
 
-    if not any(face.outline for face in scene.faces):
-        return ""
-    page = html.escape(viewer_html(scene), quote=True)
-    return (
-        f'<iframe sandbox="allow-scripts" srcdoc="{page}" '
-        f'title="{html.escape(scene.name, quote=True)} in 3-D" '
-        f'style="width: 100%; height: {VIEWER_HEIGHT_PX}px; border: 0"></iframe>'
-    )
+    return page(subject)
 
 
 def _check_parts(parts: Mapping[str, str]) -> None:

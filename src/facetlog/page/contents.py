@@ -92,6 +92,7 @@ def contents(subject: Subject) -> dict[str, Any]:
     missing = Missing.of((*subject.best, *subject.others), subject.pieces)
     best, others = ([_verdict(v, missing) for v in some] for some in (subject.best, subject.others))
     answers = None if subject.answers is None else _answers(subject.answers)
+    _keep_what_is_there((best, others, answers), scene, subject.pieces)
     named = frozenset(_lit_by((best, others, answers)))
     return {
         "version": __version__,
@@ -218,6 +219,25 @@ def _lit_by(shown: Any) -> Iterator[str]:
     if isinstance(shown, list | tuple):
         for each in shown:
             yield from _lit_by(each)
+
+
+def _keep_what_is_there(shown: Any, scene: "Scene", pieces: "ShownPieces") -> None:
+    """Lines light up only what the scene has: numbers beside a letter may mean other things."""
+    things = zip(_NAMED, (scene.faces, scene.edges, scene.vertices, pieces.pieces), strict=True)
+    there = {f"{letter}{n}" for letter, some in things for n in range(1, len(some) + 1)}
+
+    def keep(part: Any) -> None:
+        if isinstance(part, dict):
+            if "names" in part:
+                names = part["names"].split()
+                kept = (n for n in names if n in there or not _NAMES.fullmatch(n))
+                part["names"] = " ".join(kept)
+            part = tuple(part.values())
+        if isinstance(part, list | tuple):
+            for each in part:
+                keep(each)
+
+    keep(shown)
 
 
 def _pictures(subject: Subject, named: frozenset[str]) -> Iterator[dict[str, Any]]:

@@ -115,9 +115,13 @@
     if (event.data.shown) shown = event.data.shown;
     if (event.data.ground !== undefined) scene.background = new THREE.Color(event.data.ground);
     if (event.data.turn) {
-      camera.position.sub(controls.target)
-        .applyAxisAngle(new THREE.Vector3(...event.data.turn.axis), event.data.turn.by)
-        .add(controls.target);
+      const { about, by } = event.data.turn;
+      // Across is to the right of whoever looks, wherever from; the camera's up turns along, or it
+      // would flip beyond the poles.
+      const axis = about === "up" ? new THREE.Vector3(0, 1, 0)
+        : new THREE.Vector3(1, 0, 0).applyQuaternion(camera.quaternion);
+      camera.position.sub(controls.target).applyAxisAngle(axis, by).add(controls.target);
+      camera.up.applyAxisAngle(axis, by);
       controls.update();
     }
     show();

@@ -4,7 +4,7 @@
   const about = document.getElementById("lit");
   const clear = document.getElementById("clear");
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const TURNS = { left: [[0, 1, 0], -0.3], right: [[0, 1, 0], 0.3], up: [[1, 0, 0], -0.3], down: [[1, 0, 0], 0.3] };
+  const TURNS = { left: ["up", -0.3], right: ["up", 0.3], up: ["across", -0.3], down: ["across", 0.3] };
 
   function tell(what) { if (model && model.contentWindow) model.contentWindow.postMessage(what, "*"); }
   function shown() { return [...document.querySelectorAll(".kind:checked")].map((box) => box.value); }
@@ -44,8 +44,8 @@
   document.querySelectorAll(".kind").forEach((box) => box.addEventListener("change", dress));
   if (clear) clear.addEventListener("click", () => light([]));
   document.querySelectorAll("[data-turn]").forEach((button) => button.addEventListener("click", () => {
-    const [axis, by] = TURNS[button.dataset.turn];
-    tell({ turn: { axis, by } });
+    const [about, by] = TURNS[button.dataset.turn];
+    tell({ turn: { about, by } });
   }));
   document.querySelectorAll(".line").forEach((line) => line.addEventListener("click", () =>
     line.classList.contains("on") ? light([]) : light(line.dataset.names.split(" "), line)));

@@ -234,11 +234,11 @@ def test_unusable_lists_of_frames_are_refused(
         (POSES.replace("5,0,10,10", "5,0,10,left"), CAMERA, r"poses\.csv:4: pan_deg is 'left'"),
         (POSES.replace("5,0,10,10", "5,0,10,inf"), CAMERA, r"poses\.csv:4: pan_deg"),
         (POSES.replace("5,0,10,10", "5,0,10"), CAMERA, r"poses\.csv:4: 6 fields"),
-        (POSES + '"', CAMERA, r"poses\.csv:5: not CSV"),
+        (POSES + '"', CAMERA, r"poses\.csv:5: not CSV: .*: correct it there$"),
         (POSES.replace("1.png", ""), CAMERA, "no image"),
         ("", CAMERA, "empty"),
         (POSES, None, r"camera\.toml is missing"),
-        (POSES, CAMERA + "fx 3", r"camera\.toml: not TOML: .*line 8"),
+        (POSES, CAMERA + "fx 3", r"camera\.toml: not TOML: .*line 8.*: correct it there$"),
         (POSES, CAMERA.replace("fx = 50\nfy = 51\n", ""), "no intrinsics"),
         (POSES, CAMERA.replace('"in"', '"furlong"'), "unknown unit 'furlong'"),
         (POSES, CAMERA.replace('"in"', "3"), "in quotes"),
@@ -403,7 +403,7 @@ def test_folders_without_or_with_two_kinds_of_poses_are_refused(tmp_path: Path) 
 
 def test_a_fault_of_json_is_named_with_line_and_column(tmp_path: Path) -> None:
     (tmp_path / "transforms.json").write_text('{\n "frames": [}\n')
-    with pytest.raises(InputError, match=r"transforms\.json:2:13: not JSON"):
+    with pytest.raises(InputError, match=r"json:2:13: not JSON: .*: correct it there, or export"):
         read_views(tmp_path)
 
 

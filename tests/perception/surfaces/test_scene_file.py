@@ -225,9 +225,9 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
-        (_change()[:-40], r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
-        ("{x}", r"\$: Invalid JSON: .*[^t]: write the scene anew$"),
+        ("", r"\$: Invalid JSON: .*: it is cut short, write the scene again$"),
+        (_change()[:-40], r"\$: Invalid JSON: .*: it is cut short, write the scene again$"),
+        ("{x}", r"\$: Invalid JSON: .*[^t]: write the scene again$"),
         ("[]", r"\$: "),
         (_change(schema="facetlog-scene/9"), r"\$\.schema: .*'facetlog-scene/1'"),
         (_change(extra=1), r"\$\.extra: "),
