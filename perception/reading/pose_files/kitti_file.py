@@ -1,6 +1,8 @@
 """Poses from KITTI's odometry benchmark: poses.txt and calib.txt beside image_0, …, image_3.
 
-Format: the benchmark's readme – each line of poses.txt has 3 x 4 numbers, row by row, that take the
+As the benchmark unpacks, the poses of `sequences/00` are in `poses/00.txt` beside `sequences`.
+
+Format: the benchmark's readme – each line of the poses has 3 x 4 numbers, row by row, that take the
 first grey camera's axes at a frame to the world, in metres; a camera looks along z, its y runs down
 the picture. calib.txt has for each camera, P0 to P3, the projection of the first camera's axes to
 its rectified pixels; the middle of the top-left one is (0, 0). Pictures are those of the first
@@ -36,21 +38,22 @@ from facetlog.perception.types import FloatArray
 __all__ = ["KITTI", "read_kitti"]
 
 POSES, CALIBRATION = "poses.txt", "calib.txt"
+UNPACKED = ("sequences", "poses")
 FOLDERS = ("image_0", "image_1", "image_2", "image_3")
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
 
 
 def read_kitti(path: Path, unit: str | None) -> PosesFile:
-    """The poses in a poses.txt; lengths in metres, or in metres by `unit` if it is given.
+    """The poses of a sequence; lengths in metres, or in metres by `unit` if it is given.
 
     InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
     name the file and the line.
     """
     scale = 1.0 if unit is None else metres_per(unit, "--unit")
-    folder = path.parent
+    folder = _sequence(path)
     named = next((name for name in FOLDERS if (folder / name).is_dir()), None)
     if named is None:
-        raise InputError(f"{folder} has no folder {FOLDERS[0]} of pictures beside {POSES}")
+        raise InputError(f"{folder} has no folder {FOLDERS[0]} of pictures of {path.name}")
     intrinsics, offset = _camera(folder / CALIBRATION, f"P{FOLDERS.index(named)}")
     pictures = sorted(p for p in (folder / named).iterdir() if not p.name.startswith("."))
     lines = [
@@ -115,6 +118,27 @@ def _picture(
     return PosedPicture(name, picture, intrinsics, posed(matrix[:, :3], centre * scale, where))
 
 
+def _sequence(path: Path) -> Path:
+    """The folder of the sequence that poses are of."""
+    if path.name == POSES or path.parent.name != UNPACKED[1]:
+        return path.parent
+    return path.parent.with_name(UNPACKED[0]) / path.stem
+
+
+def _find(folder: Path) -> Path | None:
+    beside = first_of(POSES, CALIBRATION)(folder)
+    whole = folder.resolve()
+    if beside is None and whole.parent.name == UNPACKED[0] and (folder / CALIBRATION).is_file():
+        unpacked = whole.parent.with_name(UNPACKED[1]) / f"{whole.name}.txt"
+        return unpacked if unpacked.is_file() else None
+    return beside
+
+
+def _takes(path: Path) -> bool:
+    unpacked = path.parent.name == UNPACKED[1] and (_sequence(path) / CALIBRATION).is_file()
+    return path.name == POSES or unpacked
+
+
 def _lacks(folder: Path) -> str:
     """What is missing of a sequence; a calib.txt by itself may be of any other camera."""
     sequence = (folder / POSES).is_file() or any((folder / name).is_dir() for name in FOLDERS)
@@ -124,8 +148,8 @@ def _lacks(folder: Path) -> str:
 KITTI = PoseReader(
     kind="KITTI sequence",
     needs=f"KITTI's {POSES} and {CALIBRATION} with {FOLDERS[0]}",
-    find=first_of(POSES, CALIBRATION),
+    find=_find,
     lacks=_lacks,
-    takes=lambda path: path.name == POSES,
+    takes=_takes,
     read=by_unit(read_kitti),
 )

@@ -42,6 +42,16 @@ def test_cameras_stand_where_the_rig_has_them(tmp_path: Path, pictures: str, sta
     assert found.description == "KITTI sequence, 3 pictures, up unknown"
 
 
+@pytest.mark.parametrize("given", ["sequences/00", "poses/00.txt"])
+def test_a_sequence_is_read_as_the_benchmark_unpacks_it(tmp_path: Path, given: str) -> None:
+    sequence = write_kitti(tmp_path / "sequences" / "00")
+    (tmp_path / "poses").mkdir()
+    (sequence / "poses.txt").rename(tmp_path / "poses" / "00.txt")
+    found = read_views(tmp_path / given)
+    wanted = read_views(write_kitti(tmp_path / "tour"))
+    same_views(found.views, wanted.views)
+
+
 @pytest.mark.parametrize(
     ("poses", "calibration", "says"),
     [
