@@ -161,7 +161,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     points = np.array([vertex.point for vertex in result.scene.vertices])
     longest = np.linalg.norm(points[:, None] - points, axis=2).max()
     assert longest == pytest.approx(np.linalg.norm(BOX), rel=0.08)
-    assert "--up (an axis, or none)" in " ".join(result.scene.warnings)
+    assert "up (an axis, or none)" in " ".join(result.scene.warnings)
 
     monkeypatch.undo()
     monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
