@@ -110,11 +110,10 @@ def _under_tops(
     table, of = parts.table, cores.of[: len(parts.table)]
     usable = pictured[table.scene] & (table.areas > 0.0)
     tops = usable & (parts.rise > LEVEL_ENOUGH)
-    topped = np.isin(of, of[tops])
+    uprights = usable & ~np.isin(of, of[tops]) & (np.abs(parts.rise) < LEVEL_ENOUGH)
     sides = table.points[table.sides.ends]
     for top in np.flatnonzero(tops).tolist():
         outline = table.points[table.outlines[top, table.there[top]]]
-        uprights = usable & ~topped & (np.abs(parts.rise) < LEVEL_ENOUGH)
         for side in np.flatnonzero(uprights & (table.scene == table.scene[top])).tolist():
             own = sides[table.sides.face == side]
             if hangs_behind(own, outline, table.planes.normals[top]):
