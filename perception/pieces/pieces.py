@@ -196,7 +196,9 @@ def _directions(
     """Along which a piece may be thin, the more likely first."""
     yield from grid.lattice.axes[::-1]
     yield from surface.normals[list(faces)]
-    yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
+    # No covariance: a short edge may be of a single point.
+    centred = points - points.mean(axis=0)
+    yield np.linalg.eigh(centred.T @ centred)[1][:, 0]
 
 
 def _least_box(

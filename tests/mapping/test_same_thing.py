@@ -1,5 +1,7 @@
 """Each thing once: over scenes and visits, and whatever part of it was seen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,19 @@ def test_the_surer_of_two_estimates_counts_more() -> None:
         assert abs(found.pose[0]) < 0.02
         assert found.cov[0, 0] <= 1.01 * sure.cov[0, 0]
         assert found.outline.mean(axis=0) == pytest.approx(found.pose[:2], abs=1e-9)
+
+
+def test_the_name_of_a_fragment_is_not_that_of_the_thing() -> None:
+    """A model may fit an end panel of which one visit saw nothing more, as a door."""
+    whole = box_thing(0.0, 0.0, 0.0, (1.4, 0.7, 0.75), visit="monday", model="")
+    panel = box_thing(0.6, 0.0, 0.0, (0.02, 0.7, 0.7), visit="tuesday", model="door")
+    (thing,), _ = merged([panel, whole])
+    assert thing.model == ""
+    assert thing.best.lengths[0].value == pytest.approx(1.4)
+
+
+def test_a_sighting_that_shows_less_but_most_of_it_names_a_thing() -> None:
+    more = box_thing(0.0, 0.0, visit="monday", model="")
+    less = replace(box_thing(0.0, 0.0, visit="tuesday"), seen=0.8 * more.seen)
+    (thing,), _ = merged([less, more])
+    assert thing.model == "box"

@@ -5,7 +5,7 @@ a part, as its top, has another middle than the whole, but most of it lies withi
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,8 @@ __all__ = ["Clash", "MappedThing", "distance", "fused", "merged"]
 # The gate: of one thing's poses and sizes 3 in 1,000 are farther apart by chance, as of 3 sd.
 GATE_SHARE = 0.9973
 GATE_SDS = 3.0
-# More than this share of the lesser of two things lies within the other: then they are one.
+# More than this share of the lesser of two things lies within the other: then they are one. What
+# shows more than this share of a thing's surface shows what it is.
 MOST = 0.5
 # What two surfaces that meet may share by their noise alone: so many standard deviations.
 REACH_SDS = 3.0
@@ -68,7 +69,7 @@ def distance(one: PlacedThing, other: PlacedThing) -> float:
 def merged(
     things: Iterable[PlacedThing],
 ) -> tuple[tuple[MappedThing, ...], tuple[Clash, ...]]:
-    """Each thing once, in the order of how sure its names are, and what contradicts that.
+    """Each thing once, in the order of how much was seen of it, and what contradicts that.
 
     Things of one scene are merged where they stand in each other, too: a drawer block that was told
     apart from its desk is a part of it.
@@ -92,14 +93,21 @@ def merged(
         else:
             kept.append([thing, thing])
     return (
-        tuple(MappedThing(f"m{k}", g[0], tuple(g[1:])) for k, g in enumerate(kept, start=1)),
+        tuple(_mapped(f"m{k}", g[0], g[1:]) for k, g in enumerate(kept, start=1)),
         tuple(clashes),
     )
 
 
-def _rank(thing: PlacedThing) -> tuple[float, float, tuple[str, str]]:
-    """What a model fits comes first, of those what was seen most of."""
-    return -float(bool(thing.said)), -round(thing.seen, 9), thing.source
+def _rank(thing: PlacedThing) -> tuple[float, tuple[str, str]]:
+    """What was seen most of comes first: a model may well fit a fragment, as a door a panel."""
+    return -round(thing.seen, 9), thing.source
+
+
+def _mapped(name: str, best: PlacedThing, seen: Sequence[PlacedThing]) -> MappedThing:
+    """One thing, named by the first of those `seen`, in their order, that show most of it."""
+    whole = (thing for thing in seen if thing.seen >= MOST * seen[0].seen)
+    said = next((thing.said for thing in whole if thing.said), ())
+    return MappedThing(name, replace(best, said=said), tuple(seen))
 
 
 def _turn(one: PlacedThing, other: PlacedThing) -> float:

@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.scene import Plane, Scene
+from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import stick_table
 
@@ -146,3 +148,12 @@ def test_legs_that_are_known_as_edges_alone_are_bars() -> None:
     assert Counter(kinds(rows).values()) == {"board": 1, "bar": 4}
     assert len(rows["carries"]) == 4
     assert all(share == 0.0 for _, share in rows["piece_round"])
+
+
+def test_an_edge_with_room_for_a_single_point_is_as_long_as_a_cell() -> None:
+    solid = np.zeros((4, 4, 4), dtype=bool)
+    solid[1:3, 1:3, 1:3] = True
+    grid = Grid(Lattice(1.0, np.eye(3), np.zeros(3), solid.shape), solid, solid)
+    edge = np.full((1, 2, 3), 1.5)
+    (piece,) = find_pieces(grid, (), np.zeros((0, 3)), edge).pieces
+    assert piece.length.value == pytest.approx(1.0)
