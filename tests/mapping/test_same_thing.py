@@ -59,6 +59,16 @@ def test_a_thing_that_was_moved_between_visits_is_said_to_clash() -> None:
     assert clashes[0].off == pytest.approx(0.12, abs=1e-6)
 
 
+def test_a_thing_that_visits_place_differently_is_where_the_surer_one_has_it() -> None:
+    vague = box_thing(1.0, 0.0, 0.3, visit="monday", pose_sd=0.03)
+    sure = box_thing(1.2, 0.0, 0.3, visit="tuesday", pose_sd=0.001)
+    for things in ([vague, sure], [sure, vague]):
+        (thing,), clashes = merged(things)
+        assert len(clashes) == 1
+        assert thing.best.pose[0] == pytest.approx(1.2, abs=1e-6)
+        assert thing.best.outline.mean(axis=0) == pytest.approx(thing.best.pose[:2], abs=1e-9)
+
+
 def test_the_fused_pose_is_consistent_whatever_errors_both_share() -> None:
     """Fully shared errors: the fused estimate is as far off as either, and says so."""
     rng = np.random.default_rng(4)

@@ -88,6 +88,7 @@ def merged(
             if _shared(first, thing) > MOST:
                 if first.source[0] != thing.source[0] and _alike(first, thing):
                     clashes.append(_clash(first, thing))
+                    group[0] = _where_surer(first, thing)
                 group.append(thing)
                 break
         else:
@@ -187,6 +188,17 @@ def fused(one: PlacedThing, other: PlacedThing) -> PlacedThing:
     share = min((0.0, float(found.x), 1.0), key=lambda each: np.linalg.det(cov_of(each)))
     cov = cov_of(share)
     step = cov @ ((1 - share) * b) @ _apart(one, other)
+    return _at(one, step, cov)
+
+
+def _where_surer(one: PlacedThing, other: PlacedThing) -> PlacedThing:
+    """The first where that one of two poses has it that is surer of its place."""
+    spreads = [float(thing.cov[:2, :2].trace()) for thing in (one, other)]
+    return one if spreads[0] <= spreads[1] else _at(one, _apart(one, other), other.cov)
+
+
+def _at(one: PlacedThing, step: FloatArray, cov: FloatArray) -> PlacedThing:
+    """A thing moved by a step (3,) in x, y and heading, to a pose of this covariance (3, 3)."""
     values = one.box.values.copy()
     values[:3] += step
     own = one.box.cov.copy()
