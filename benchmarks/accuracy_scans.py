@@ -3,8 +3,9 @@
 The upright meshes under FACETLOG_DATA (shapes/labels.csv) stand on a floor, and a depth sensor with
 the noise of a Kinect looks at each from one place (benchmarks/single_view.py), once with the place
 known and once without. What counts is the verdict on the largest thing that is found. Nothing here
-was used to choose a limit. What may be a plain cuboid, and boxes that stand open, are not counted.
-Intervals are Wilson's, 95 %.
+was used to choose a limit. A shelf from behind looks like a box to anybody: things whose view shows
+that they are none are counted apart as well. What may be a plain cuboid, and boxes that stand open,
+are not counted. Intervals are Wilson's, 95 %.
 """
 
 import os
@@ -19,13 +20,14 @@ import numpy as np
 from benchmarks.accuracy_shapes import file_tasks
 from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
 from benchmarks.shape_judging import LISTED_APART, PERHAPS_BOXES, WORKERS, Task, is_held_out
-from benchmarks.single_view import LONGEST_M, single_view
+from benchmarks.single_view import LONGEST_M, beyond_a_box, single_view
 from facetlog.batch.confusion import Proportion
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.shape_options import UP_AXES
+from facetlog.perception.types import FloatArray
 
 __all__ = ["NAME", "main", "measure"]
 
@@ -33,6 +35,10 @@ NAME = "accuracy_scans"
 BOX = "box"
 NOT_COUNTED = (*LISTED_APART, *PERHAPS_BOXES)
 STATES = ("holds", "unknown", "fails")
+OTHERS, SHOWN = "other things", "other things that show it"
+# A view shows that a thing is no box where more than this share of it lies behind a box's sides: it
+# is as much as a box's own rounded edges may have.
+LEAST_SHOWN = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,24 +49,35 @@ class _Seen:
     seed: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Said:
+    # What `box` says of the largest thing in a view, `fails` if nothing is found, or the error; and
+    # which share of what the view shows is no side or top of a box.
+    state: str
+    beyond: float
+
+
 _judges: list[BatchJudge] = []
 
 
-def _state(seen: _Seen) -> str:
-    """What `box` says of the largest thing in a view, `fails` if nothing is found, or the error."""
+def _said(seen: _Seen) -> _Said:
     task = seen.task
-    if not _judges:
-        _judges.append(BatchJudge())
     up = np.array(UP_AXES[task.up or "z"], dtype=np.float64)
     try:
         mesh = read_mesh(Path(task.file or ""))
-        cloud = single_view(mesh, up, seen.seed, name=task.name, place=seen.place)
-        scene = scene_of_cloud(cloud, up=up, metric=True)
-        facts = fact_rows(scene)
-        main = max(facts["thing_size"], key=_extent, default=("",))[0]
-        verdicts = _judges[0].judge(facts)
+        return _Said(_state(seen, mesh, up), beyond_a_box(mesh, up, seen.seed))
     except Exception as exc:  # whatever it is, it costs no other shape
-        return f"{type(exc).__name__}: {exc}"
+        return _Said(f"{type(exc).__name__}: {exc}", 1.0)
+
+
+def _state(seen: _Seen, mesh: Mesh, up: FloatArray) -> str:
+    task = seen.task
+    if not _judges:
+        _judges.append(BatchJudge())
+    cloud = single_view(mesh, up, seen.seed, name=task.name, place=seen.place)
+    facts = fact_rows(scene_of_cloud(cloud, up=up, metric=True))
+    main = max(facts["thing_size"], key=_extent, default=("",))[0]
+    verdicts = _judges[0].judge(facts)
     said = [str(v.state) for v in verdicts if v.model == BOX and v.thing == main]
     return said[0] if said else STATES[-1]
 
@@ -70,11 +87,9 @@ def _extent(thing_size: Sequence[str | int | float]) -> float:
     return max(float(side) for side in thing_size[1:4])
 
 
-def _rows(found: Sequence[tuple[_Seen, str]], what: str, place: bool) -> Row:
+def _row(found: Sequence[tuple[_Seen, _Said]], what: str, place: bool) -> Row:
     states = [
-        state
-        for seen, state in found
-        if seen.place == place and (seen.task.label == BOX) == (what == BOX)
+        said.state for seen, said in found if seen.place == place and what in _kinds(seen, said)
     ]
     held = Proportion(states.count("holds"), len(states))
     low, high = held.interval or (None, None)
@@ -90,6 +105,12 @@ def _rows(found: Sequence[tuple[_Seen, str]], what: str, place: bool) -> Row:
     }
 
 
+def _kinds(seen: _Seen, said: _Said) -> tuple[str, ...]:
+    if seen.task.label == BOX:
+        return (BOX,)
+    return (OTHERS, SHOWN) if said.beyond > LEAST_SHOWN else (OTHERS,)
+
+
 def measure(settings: Settings) -> Report:
     """All tables; without the third-party data the benchmark is skipped."""
     folder = data_set("shapes")
@@ -103,26 +124,32 @@ def measure(settings: Settings) -> Report:
     ][: settings.number(2 * len(tasks))]
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     with ProcessPoolExecutor(WORKERS, get_context("spawn")) as pool:
-        found = list(zip(views, pool.map(_state, views, chunksize=4), strict=True))
-    rows = [_rows(found, what, place) for what in (BOX, "other things") for place in (True, False)]
+        found = list(zip(views, pool.map(_said, views, chunksize=4), strict=True))
+    kinds = (BOX, OTHERS, SHOWN)
+    rows = [_row(found, what, place) for what in kinds for place in (True, False)]
     wrong: tuple[Row, ...] = tuple(
         {
             "shape": seen.task.name,
             "half": "held out" if is_held_out(seen.task.name) else "development",
             "label": seen.task.label,
             "place": "known" if seen.place else "not known",
-            "box": state,
+            "box": said.state,
+            "beyond a box": round(said.beyond, 3),
         }
-        for seen, state in found
-        if (seen.task.label == BOX) != (state == "holds")
-        and state != "unknown"
-        and (seen.task.label == BOX or state != "fails")
+        for seen, said in found
+        if (seen.task.label == BOX) != (said.state == "holds")
+        and said.state != "unknown"
+        and (seen.task.label == BOX or said.state != "fails")
     )
     return Report(
         NAME,
         (Table("What box says", tuple(rows)), *([Table("Wrong", wrong)] if wrong else [])),
         {"shapes": tree_hash(folder), "views": len(views), "longest side, m": LONGEST_M},
-        ("Wanted: at most .03 of other things held as boxes.",),
+        (
+            "Wanted: at most .03 of other things held as boxes.",
+            f"That show it: more than {LEAST_SHOWN:.0%} of what is seen lies behind the sides and "
+            "the top of the least upright box round it (beyond a box), by the exact mesh.",
+        ),
     )
 
 

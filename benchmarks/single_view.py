@@ -6,15 +6,19 @@ eighths of a pixel, and along the line of sight the noise of C. Nguyen, S. Izadi
 "Modeling Kinect Sensor Noise", 2012.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+import shapely
 import trimesh
+from numpy.typing import NDArray
 
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LONGEST_M", "single_view"]
+__all__ = ["LONGEST_M", "beyond_a_box", "single_view"]
 
 WIDTH, HEIGHT, FOCAL_PX = 320, 240, 292.5
 BASE_M, DISPARITY_STEP_PX = 0.075, 0.125
@@ -23,6 +27,8 @@ LONGEST_M = 0.5
 AWAY_M = 1.2
 LOWEST_DEG, HIGHEST_DEG = 20.0, 55.0  # where the sensor is above the thing
 SAMPLES_A_PIXEL = 12  # of the surface, so that none of it is seen through
+# What lies so far behind a box's side is seen to: its noise, and a step of disparity 1.5 m away.
+SDS, BLUR_M = 3.0, 1.5**2 * DISPARITY_STEP_PX / (FOCAL_PX * BASE_M)
 FLOOR_SIZES = 1.5  # how far the floor reaches from the middle, in the longest side: what it sees
 
 
@@ -32,20 +38,56 @@ def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool
     The thing is brought to its size (m) first; the floor is its lowest level along `up` (3,).
     """
     generator = np.random.default_rng(seed)
+    view = _view(mesh, up, generator)
+    ends = np.isfinite(view.depth)
+    z = _measured(view.depth[ends], generator)
+    found = view.eye + view.lines[ends] * z[:, None]
+    seen_from = np.tile(view.eye, (len(found), 1)) if place else None
+    return Cloud.of(found, name=name, seen_from=seen_from)
+
+
+def beyond_a_box(mesh: Mesh, up: FloatArray, seed: int) -> float:
+    """The share of what that view shows of the thing that lies behind the sides and the top of the
+    least upright box round it, by more than the sensor's noise; the floor's edge not counted.
+
+    Where it is 0 nobody can tell from the view that the thing is no box.
+    """
+    view = _view(mesh, up, np.random.default_rng(seed))
+    points = view.eye + view.lines[view.of_thing] * view.depth[view.of_thing, None]
+    heights = points @ up
+    unsure = np.asarray(SDS * _noise_sd(view.depth[view.of_thing]) + BLUR_M)
+    above = heights > unsure
+    if not above.any():
+        return 0.0
+    points, heights, unsure = points[above], heights[above], unsure[above]
+    right, ahead = _axes(up, view.eye)[0], np.cross(up, _axes(up, view.eye)[0])
+    plan = shapely.points(points @ right, points @ ahead)
+    rim = shapely.boundary(shapely.oriented_envelope(shapely.multipoints(plan)))
+    behind = np.minimum(shapely.distance(rim, plan), heights.max() - heights)
+    return float((behind > unsure).mean())
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _View:
+    # Where the sensor is (3,), what a metre of depth is in each pixel (h w, 3), how deep what it
+    # sees is (h w,), infinite where nothing is, and whether that is the thing.
+    eye: FloatArray
+    lines: FloatArray
+    depth: FloatArray
+    of_thing: NDArray[np.bool_]
+
+
+def _view(mesh: Mesh, up: FloatArray, generator: np.random.Generator) -> _View:
     points = _resized(mesh, up)
     eye = _eye(up, generator)
     samples = _surface(points, mesh, eye, generator)
     axes = _axes(up, eye)
-    seen = _sight_lines() @ axes
+    lines = _sight_lines() @ axes
     depth = np.full(WIDTH * HEIGHT, np.inf)
     pixel, away = _pixels(samples, eye, axes)
     np.minimum.at(depth, pixel, away)
-    floor = _floor_depth(seen, eye, up)
-    depth = np.minimum(depth, floor)
-    ends = np.isfinite(depth)
-    z = _measured(depth[ends], generator)
-    found = eye + seen[ends] * z[:, None]
-    return Cloud.of(found, name=name, seen_from=np.tile(eye, (len(found), 1)) if place else None)
+    floor = _floor_depth(lines, eye, up)
+    return _View(eye, lines, np.minimum(depth, floor), np.isfinite(depth) & (depth < floor))
 
 
 def _resized(mesh: Mesh, up: FloatArray) -> FloatArray:
@@ -114,8 +156,13 @@ def _floor_depth(seen: FloatArray, eye: FloatArray, up: FloatArray) -> FloatArra
 
 def _measured(depth: FloatArray, generator: np.random.Generator) -> FloatArray:
     """Depths (n,) as the sensor gives them."""
-    noisy = depth + generator.normal(size=len(depth)) * (0.0012 + 0.0019 * (depth - 0.4) ** 2)
+    noisy = depth + generator.normal(size=len(depth)) * _noise_sd(depth)
     disparity = FOCAL_PX * BASE_M / noisy
     steps = np.maximum(np.rint(disparity / DISPARITY_STEP_PX), 1.0)
     measured: FloatArray = FOCAL_PX * BASE_M / (steps * DISPARITY_STEP_PX)
     return measured
+
+
+def _noise_sd(depth: FloatArray) -> FloatArray:
+    """Of depths (n,) in metres, along the line of sight."""
+    return np.asarray(0.0012 + 0.0019 * (depth - 0.4) ** 2)
