@@ -90,12 +90,15 @@ def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
     return tidied
 
 
-def simplest(candidate: Candidate, others: Sequence[Candidate], judge: Judge) -> Candidate:
+def simplest(
+    candidate: Candidate, others: Sequence[Candidate], pixel: float, judge: Judge
+) -> Candidate:
     """The candidate without corners that lower its score: regions grow spurs along their lines.
 
-    Of the `others`, the best first, a nearly equal one with fewer corners takes its place.
+    Of the `others`, the best first, a nearly equal one with fewer corners takes its place, or one
+    that is right-angled to a `pixel` (in the unit of corners).
     """
-    candidate = _plainest(candidate, others, judge)
+    candidate = _plainest(candidate, others, pixel, judge)
     while 3 < len(candidate.corners) <= MAX_SIMPLIFIED:
         fewer = (np.delete(candidate.corners, k, axis=0) for k in range(len(candidate.corners)))
         judged = [judge(corners, candidate) for corners in fewer]
@@ -107,23 +110,39 @@ def simplest(candidate: Candidate, others: Sequence[Candidate], judge: Judge) ->
     return candidate
 
 
-def _plainest(best: Candidate, others: Sequence[Candidate], judge: Judge) -> Candidate:
-    # Of outlines of nearly the same region and score, the one with fewest corners: texture beside
-    # a border has edges enough for any notch.
+def _plainest(
+    best: Candidate, others: Sequence[Candidate], pixel: float, judge: Judge
+) -> Candidate:
+    # Of outlines of nearly the same region and score, the one with fewest corners, and of those a
+    # right-angled one: texture beside a border has edges enough for any notch or slant.
+    def plainness(candidate: Candidate) -> tuple[int, bool]:
+        return len(candidate.corners), not _is_right_angled(candidate.corners, pixel)
+
+    least = plainness(best)
     plainer = [
         c
         for c in others
         if c.plane == best.plane
         and c.normal @ best.normal > 0
-        and len(c.corners) < len(best.corners)
+        and plainness(c) < least
         and c.score >= AS_GOOD * best.score
         and alike(c.corners, best.corners, best.normal)
     ]
-    for c in sorted(plainer, key=lambda c: len(c.corners)):
+    for c in sorted(plainer, key=plainness):
         again = judge(c.corners, c)
         if again is not None and again.score >= AS_GOOD * best.score:
             return again
     return best
+
+
+def _is_right_angled(corners: FloatArray, pixel: float) -> bool:
+    """Whether at each corner of an outline (k, 3) the end of the shorter side is no farther from
+    the perpendicular than an edge is wide.
+    """
+    before, after = np.roll(corners, 1, axis=0) - corners, np.roll(corners, -1, axis=0) - corners
+    longer = np.maximum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
+    off = np.abs((before * after).sum(axis=1)) / longer
+    return bool((off <= MIN_TURN_PX * pixel).all())
 
 
 def square(

@@ -293,7 +293,8 @@ class _Selection:
     def _plain(self, best: Candidate) -> Candidate:
         # In the plainest form, square to what is known.
         queued = (c for _, _, c in sorted(self._queue, key=lambda entry: entry[:2]))
-        plain = simplest(best, [c for c in queued if isinstance(c, Candidate)], self._instead)
+        others = [c for c in queued if isinstance(c, Candidate)]
+        plain = simplest(best, others, self._cloud.pixel, self._instead)
         return square(
             plain,
             self._known_normals(plain),
