@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
@@ -96,7 +97,7 @@ def simplest(
     """The candidate without corners that lower its score: regions grow spurs along their lines.
 
     Of the `others`, the best first, a nearly equal one with fewer corners takes its place, or one
-    that is right-angled to a `pixel` (in the unit of corners).
+    that is right-angled as far as a `pixel` shows (in the unit of corners).
     """
     candidate = _plainest(candidate, others, pixel, judge)
     while 3 < len(candidate.corners) <= MAX_SIMPLIFIED:
@@ -128,8 +129,10 @@ def _plainest(
         and c.score >= AS_GOOD * best.score
         and alike(c.corners, best.corners, best.normal)
     ]
-    for c in sorted(plainer, key=plainness):
-        again = judge(c.corners, c)
+    for _, alike_plain in groupby(sorted(plainer, key=plainness), plainness):
+        judged = [judge(c.corners, c) for c in alike_plain]
+        scores = np.array([0.0 if j is None else j.score for j in judged])
+        again = judged[largest(scores)]
         if again is not None and again.score >= AS_GOOD * best.score:
             return again
     return best
@@ -137,12 +140,12 @@ def _plainest(
 
 def _is_right_angled(corners: FloatArray, pixel: float) -> bool:
     """Whether at each corner of an outline (k, 3) the end of the shorter side is no farther from
-    the perpendicular than an edge is wide.
+    the perpendicular than two edges are wide: each of the two sides may be off by one.
     """
     before, after = np.roll(corners, 1, axis=0) - corners, np.roll(corners, -1, axis=0) - corners
     longer = np.maximum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
     off = np.abs((before * after).sum(axis=1)) / longer
-    return bool((off <= MIN_TURN_PX * pixel).all())
+    return bool((off <= 2 * MIN_TURN_PX * pixel).all())
 
 
 def square(
