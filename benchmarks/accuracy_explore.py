@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.calibration_scenes import world_truth
 from benchmarks.common import Cell, Report, Settings, Table, command
 from benchmarks.explored_world import KEEP_OUT, ExploredWorld
+from benchmarks.processes import spread
 from facetlog.errors import FacetlogError
 from facetlog.exploring.choice import beginning
 from facetlog.exploring.explorer import Explorer, Judge
@@ -44,7 +45,7 @@ __all__ = [
 ]
 
 NAME = "accuracy_explore"
-SEEDS = 5
+SEEDS = 10
 WORLDS = ("block", "table", "chair", "stool", "desk")
 MOST = 24
 WAYS = ("explore", "random", "ring 8", "ring 24")
@@ -78,9 +79,12 @@ class Trial:
 def measure(settings: Settings) -> Report:
     """All worlds over the seeds, by each way."""
     seeds = settings.seeds(SEEDS)
-    return report(
-        [trial for seed in seeds for name in WORLDS for trial in trials_of(name, seed)], seeds
-    )
+    worlds = [(name, seed) for seed in seeds for name in WORLDS]
+    return report([trial for trials in spread(_trials, worlds) for trial in trials], seeds)
+
+
+def _trials(world: tuple[str, int]) -> list[Trial]:
+    return trials_of(*world)
 
 
 def report(trials: Sequence[Trial], seeds: range) -> Report:

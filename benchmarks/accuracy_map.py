@@ -21,6 +21,7 @@ from scipy.stats import chi2
 
 from benchmarks.calibration_scenes import world_truth
 from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.processes import spread
 from benchmarks.rooms import Room, TrueThing, make_room
 from facetlog.mapping.floor_grid import Cell as FloorCell
 from facetlog.mapping.room_map import RoomMap, map_of
@@ -91,7 +92,7 @@ class Outcome:
 def measure(settings: Settings) -> Report:
     """All rooms over the seeds."""
     seeds = settings.seeds(SEEDS)
-    return report([outcome(seed) for seed in seeds], seeds)
+    return report(spread(outcome, seeds), seeds)
 
 
 def report(outcomes: Sequence[Outcome], seeds: range) -> Report:

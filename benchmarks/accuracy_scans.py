@@ -8,18 +8,16 @@ that they are none are counted apart as well. What may be a plain cuboid, and bo
 are not counted. Intervals are Wilson's, 95 %.
 """
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.accuracy_shapes import file_tasks
 from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
-from benchmarks.shape_judging import LISTED_APART, PERHAPS_BOXES, WORKERS, Task, is_held_out
+from benchmarks.processes import spread
+from benchmarks.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, is_held_out
 from benchmarks.single_view import LONGEST_M, beyond_a_box, single_view
 from facetlog.batch.confusion import Proportion
 from facetlog.kb.batch_judge import BatchJudge
@@ -122,9 +120,7 @@ def measure(settings: Settings) -> Report:
         for nth, task in enumerate(tasks)
         for place in (True, False)
     ][: settings.number(2 * len(tasks))]
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    with ProcessPoolExecutor(WORKERS, get_context("spawn")) as pool:
-        found = list(zip(views, pool.map(_said, views, chunksize=4), strict=True))
+    found = list(zip(views, spread(_said, views, at_once=4), strict=True))
     kinds = (BOX, OTHERS, SHOWN)
     rows = [_row(found, what, place) for what in kinds for place in (True, False)]
     wrong: tuple[Row, ...] = tuple(

@@ -12,6 +12,7 @@ import numpy as np
 import trimesh
 
 from benchmarks.own_shapes import own_shape
+from benchmarks.processes import WORKERS
 from facetlog.batch.confusion import Confusion, answer
 from facetlog.batch.labels import NONE, Label, Truth
 from facetlog.batch.rows import Row
@@ -64,7 +65,6 @@ COUNTED_AS: Mapping[str, Truth] = {
 }
 SAMPLES = 20_000
 NOISE_SHARE = 0.005  # of the diagonal: 1 sd along each axis
-WORKERS = 2
 
 
 @dataclass(frozen=True, slots=True)
