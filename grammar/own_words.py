@@ -91,7 +91,7 @@ def _word(source: Source, match: re.Match[str], faults: list[Fault]) -> Word | N
 
     name = match["name"]
     if name in VOCABULARY:
-        fault("name", f"`{name}` is a word of the vocabulary and cannot be defined anew", "")
+        fault("name", f"`{name}` is a word of the vocabulary and cannot be redefined", "")
         return None
     if match["gives"] not in set(Gives):
         hint = said(match["gives"], Gives) or f"one of {', '.join(Gives)}"

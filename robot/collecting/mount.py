@@ -7,13 +7,13 @@ optical axis by a skew, and where the head says level the axis is raised by the 
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.regular_file import read_regular_text
+from facetlog.toml_text import toml_fields
 
 __all__ = ["ANGLES", "DEFAULT_MOUNT", "LENGTHS", "PARAMETERS", "Mount", "mount_text", "read_mount"]
 
@@ -93,13 +93,14 @@ def read_mount(path: Path) -> Mount:
     name the file and the key.
     """
     try:
-        tables = tomllib.loads(read_regular_text(path))
+        text = read_regular_text(path)
     except FileNotFoundError as exc:
         raise InputError(
             f"{path} is missing: write it by hand (docs/robot.md) or by `facetlog mount`"
         ) from exc
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
-        raise InputError(f"{path}: not TOML that can be read: {exc}") from exc
+    except (OSError, UnicodeDecodeError) as exc:
+        raise InputError(f"{path}: cannot be read: {exc}") from exc
+    tables = toml_fields(text, str(path))
     for name in tables:
         if name not in ("mount", "sd"):
             raise InputError(f"{path}: there is no table {name!r:.40}: use [mount] and [sd]")

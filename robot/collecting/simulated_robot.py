@@ -78,7 +78,7 @@ def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]
     place = f"{true.x:.3f},{true.y:.3f},{math.degrees(true.heading):.1f}"
     raise InputError(
         f"the simulated robot stands at {place.replace(',', ', ')} (m, m, degrees): give --start "
-        f"{place}, or start facetlog simulate anew"
+        f"{place}, or restart facetlog simulate"
     )
 
 

@@ -110,7 +110,7 @@ class Odometry:
             self._last = here
             return (
                 f"odometry jumped by {jump.way:.2f} m and {math.degrees(jump.turned):.0f}° in"
-                f" {jump.seconds:.2f} s, which no motion explains: something set it anew, and the"
+                f" {jump.seconds:.2f} s, which no motion explains: something reset it, and the"
                 " robot is taken to be where it was, less certainly if it moved"
             )
         self._suspect = here

@@ -1,7 +1,6 @@
 """The world file of the simulator: TOML, every key of it documented in default_world.toml."""
 
 import re
-import tomllib
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -17,6 +16,7 @@ from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.worlds import WORLDS
 from facetlog.robot.simulator.dynamics import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
+from facetlog.toml_text import toml_fields
 
 __all__ = [
     "CameraSetup",
@@ -189,10 +189,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8"
             raise InputError(f"{name}: the world file cannot be read ({reason})") from error
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:  # its message ends with line and column
-        raise InputError(f"{name}: not a TOML file: {error}") from error
+    content = toml_fields(text, name)
     try:
         setup = TypeAdapter(WorldSetup).validate_python(content)
     except ValidationError as error:

@@ -1,9 +1,8 @@
 """The camera of a robot: camera.toml, as pan-tilt tours have it, for the room that collects."""
 
-import tomllib
 from pathlib import Path
 
-from facetlog.errors import CalibrationError, InputError
+from facetlog.errors import CalibrationError
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -12,6 +11,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_text,
 )
 from facetlog.robot.collecting.optics import Optics
+from facetlog.toml_text import toml_fields
 
 __all__ = ["read_optics"]
 
@@ -28,10 +28,7 @@ def read_optics(path: Path) -> tuple[Optics, float | None]:
 
     Raises InputError for what is not TOML, CalibrationError for a camera that cannot be.
     """
-    try:
-        fields = tomllib.loads(read_text(path))
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as exc:
-        raise InputError(f"{path}: not TOML that can be read: {exc}") from exc
+    fields = toml_fields(read_text(path), str(path))
     intrinsics = read_intrinsics(fields, NAMES, str(path))
     width, height = intrinsics.size
     if width is None or height is None:

@@ -225,7 +225,7 @@ def test_words_of_the_user_s_own_are_known_with_their_kinds() -> None:
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        ('word(angle(face), angle, "x").', "cannot be defined anew"),
+        ('word(angle(face), angle, "x").', "cannot be redefined"),
         ('word(lean(fase), angle, "x").', "no kind"),
         ('word(lean(face), angel, "x").', "no word gives"),
         ("word(lean(face), angle).", "no word/3"),

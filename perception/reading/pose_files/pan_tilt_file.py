@@ -10,7 +10,6 @@ axis of such a tour points up.
 import csv
 import io
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -31,6 +30,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_intrinsics,
     read_text,
 )
+from facetlog.toml_text import toml_fields
 
 __all__ = ["CAMERA_FILE", "COLUMNS", "PAN_TILT", "POSES_FILE", "read_camera", "read_pan_tilt"]
 
@@ -68,13 +68,7 @@ def read_camera(path: Path, unit: str | None) -> tuple[Intrinsics, float | None]
 def _camera_fields(path: Path) -> Mapping[str, object]:
     if not path.exists():
         raise CalibrationError(f"{path} is missing: write it with {CAMERA_EXAMPLE}")
-    text = read_text(path)
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as exc:  # its message ends with line and column
-        raise InputError(f"{path}: not TOML: {exc}: correct it there") from exc
-    except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
-        raise InputError(f"{path}: not TOML that can be read: too deep or too long") from exc
+    return toml_fields(read_text(path), str(path))
 
 
 def _scale(fields: Mapping[str, object], path: Path, unit: str | None) -> float | None:

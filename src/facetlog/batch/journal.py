@@ -182,5 +182,5 @@ def _taken_up(line: bytes, place: str) -> Row:
 def _begun_with(path: Path, what: str, then: object, now: object) -> InputError:
     return InputError(
         f"{path}: was begun with other {what}: {then}, now {now}: give those as then, or "
-        "--overwrite to begin anew"
+        "--overwrite to start over"
     )

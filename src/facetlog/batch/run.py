@@ -97,7 +97,7 @@ def check_output(plan: Plan) -> None:
     if journal.exists():
         raise InputError(
             f"{journal} is of a run that was stopped: give --resume to go on with it, or "
-            "--overwrite to begin anew"
+            "--overwrite to start over"
         )
     if output.exists():
         raise InputError(f"{output} exists: give --overwrite, or --resume to add what is missing")

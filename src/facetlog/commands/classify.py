@@ -104,7 +104,7 @@ def classify_command(
         bool, typer.Option("--resume", help="Go on with a run that was stopped.")
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the table, and begin anew.")
+        bool, typer.Option("--overwrite", help="Replace the table, and start over.")
     ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 if a scene had an error.")

@@ -47,7 +47,7 @@ def _quiet(message: str) -> None:
     [Pose2(1.5, 0.71, 0.75), Pose2(0.06), Pose2(heading=math.radians(4)), Pose2(heading=3.14)],
 )
 def test_a_simulated_robot_that_stands_elsewhere_is_refused(true: Pose2) -> None:
-    with pytest.raises(InputError, match=r"give --start .* or start facetlog simulate anew") as no:
+    with pytest.raises(InputError, match=r"give --start .* or restart facetlog simulate") as no:
         check_start(ConnectedRobot(true=true), Pose2(), _quiet)
     place = str(no.value).split("--start ")[1].split(", or")[0]
     x, y, heading = map(float, place.split(","))

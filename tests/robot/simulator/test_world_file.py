@@ -124,7 +124,7 @@ def test_a_fault_is_reported_with_file_line_and_key(
 
 
 def test_what_is_not_toml_or_not_there_is_reported_in_a_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"not a TOML file: .*line 1"):
+    with pytest.raises(InputError, match=r"not TOML: .*line 1.*correct it there"):
         read_world(world(tmp_path, "[scene\n"))
     with pytest.raises(InputError, match="cannot be read"):
         read_world(tmp_path / "missing.toml")

@@ -76,7 +76,7 @@ def _formatted(path: Path, *, check: bool, diff: bool) -> int:
         typer.echo(after, nl=False)
     elif before != after:
         replace_text(path, after)
-        note(f"{path} is laid out anew")
+        note(f"{path} is reformatted")
     return YES
 
 

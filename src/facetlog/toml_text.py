@@ -1,0 +1,17 @@
+"""TOML that a person wrote."""
+
+import tomllib
+
+from facetlog.errors import InputError
+
+__all__ = ["toml_fields"]
+
+
+def toml_fields(text: str, where: str) -> dict[str, object]:
+    """The fields of a TOML text, which stands in `where`; InputError if it is none."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as exc:  # its message ends with line and column
+        raise InputError(f"{where}: not TOML: {exc}: correct it there") from exc
+    except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
+        raise InputError(f"{where}: not TOML that can be read: too deep or too long") from exc
