@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError, InputError
 from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
+from facetlog.mapping.place import thing_at
 from facetlog.mapping.placed_thing import PlacedThing, placed_things
 from facetlog.mapping.same_thing import Clash, MappedThing, merged
 from facetlog.mapping.visit import Visit, check_aligned, grouped_views, read_visit
-from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.perception.scene import SeenLattice
 from facetlog.perception.step_clock import StepClock
 from facetlog.robot.collecting.record import LOG_FILE, Taken
 from facetlog.robot.pose2 import Pose2
@@ -19,9 +20,9 @@ from facetlog.robot.pose2 import Pose2
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.perception.reading.read_views import ViewSet
-    from facetlog.pipeline import Progress
+    from facetlog.pipeline import Progress, Recognised
 
-__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "scene_part"]
+__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_part"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,13 +71,19 @@ def map_of(
         sets = grouped_views(visit)
         if not sets:
             notes.append(f"{visit.folder} has too few views to find a face in")
-        for number, view_set in enumerate(sets, start=1):
+        for number, (view_set, place) in enumerate(sets, start=1):
             if progress is not None:
                 progress(f"scenes of {name}", number, len(sets))
             try:
-                parts.append(scene_part(view_set, name, base))
+                part = scene_part(view_set, name, base)
             except FacetlogError as exc:
                 notes.append(f"{visit.folder}: {exc}")
+                continue
+            if place is not None:
+                # What else its pictures show from afar has views of its own.
+                own = thing_at(place, part.things)
+                part = replace(part, things=() if own is None else (own,))
+            parts.append(part)
     return mapped_room(visits, names, parts, side=side, notes=notes)
 
 
@@ -113,8 +120,12 @@ def scene_part(view_set: "ViewSet", visit: str, base: "KnowledgeBase") -> SceneP
     """What the views of one set give to a map; FacetlogError where they make no scene."""
     from facetlog.pipeline import recognize_views
 
-    found = recognize_views(view_set, base=base, clock=StepClock())
-    errors = view_set.pose_errors
+    return part_of(recognize_views(view_set, base=base, clock=StepClock()), visit)
+
+
+def part_of(found: "Recognised", visit: str) -> ScenePart:
+    """What a scene of a visit's views gives to a map."""
+    errors = found.view_set.pose_errors
     return ScenePart(
         placed_things(
             found.scene,
@@ -123,12 +134,8 @@ def scene_part(view_set: "ViewSet", visit: str, base: "KnowledgeBase") -> SceneP
             () if errors is None else errors.poses,
             None if errors is None else errors.covariances,
         ),
-        _ground(found.scene),
+        found.scene.seen_ground,
     )
-
-
-def _ground(scene: Scene) -> tuple[SeenLattice, ...]:
-    return scene.seen_ground
 
 
 def _visit(folder: Path) -> Visit:
