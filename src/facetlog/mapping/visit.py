@@ -23,9 +23,11 @@ from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.perception.types import PoseErrors
 
 __all__ = [
     "START_STATED",
+    "Look",
     "Visit",
     "check_aligned",
     "chosen_views",
@@ -112,23 +114,34 @@ def check_aligned(visits: Sequence[Visit]) -> None:
     )
 
 
-def grouped_views(visit: Visit) -> "tuple[tuple[ViewSet, Place | None], ...]":
-    """The views that look at one place each, as the collection says or by view_groups.py, with
-    their poses corrected by the pictures, in the order in which they were taken; and the place, if
-    the collection says it. InputError if they cannot be read.
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """Views that look at one place, with their poses corrected by the pictures, which are as sure
+    as beside the first of them; `errors` are those in the world, and `place` is which it is, if the
+    collection says it.
+    """
+
+    views: "ViewSet"
+    errors: "PoseErrors | None"
+    place: Place | None = None
+
+
+def grouped_views(visit: Visit) -> tuple[Look, ...]:
+    """The views that look at one place each, as the collection says or by view_groups.py, in the
+    order in which they were taken. InputError if they cannot be read.
     """
     from facetlog.perception.reading.read_views import read_views
 
     found = read_views(visit.folder / TRANSFORMS_FILE)
     groups = _groups(visit, found)
-    return tuple(
-        (
-            chosen_views(found, own, found.name if len(groups) == 1 else f"{found.name}-{number}"),
-            visit.places[number - 1] if visit.places else None,
-        )
-        for number, own in enumerate(groups, start=1)
-        if len(own) >= FEWEST_VIEWS
-    )
+    looks = []
+    for number, own in enumerate(groups, start=1):
+        if len(own) < FEWEST_VIEWS:
+            continue
+        name = found.name if len(groups) == 1 else f"{found.name}-{number}"
+        look = chosen_views(found, own, name)
+        looks.append(replace(look, place=visit.places[number - 1] if visit.places else None))
+    return tuple(looks)
 
 
 def _groups(visit: Visit, found: "ViewSet") -> tuple[tuple[int, ...], ...]:
@@ -142,15 +155,19 @@ def _groups(visit: Visit, found: "ViewSet") -> tuple[tuple[int, ...], ...]:
     )
 
 
-def chosen_views(found: "ViewSet", chosen: Sequence[int], name: str) -> "ViewSet":
-    """Some of the views (indices), under a name, with their poses corrected by their pictures."""
+def chosen_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
+    """Some of the views (indices), under a name."""
+    from facetlog.mapping.anchored import covariances_beside_first
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 
-    errors = found.pose_errors
-    part = replace(
-        found,
-        name=name,
-        views=tuple(found.views[k] for k in chosen),
-        pose_errors=None if errors is None else errors.of(chosen),
+    views = tuple(found.views[k] for k in chosen)
+    if found.pose_errors is None:
+        return Look(replace(found, name=name, views=views), None)
+    errors = found.pose_errors.of(chosen)
+    covs = covariances_beside_first(errors.poses, errors.covariances)
+    beside = tuple(
+        view if view.pose_cov is None else replace(view, pose_cov=cov)
+        for view, cov in zip(views, covs, strict=True)
     )
-    return part if part.pose_errors is None else with_refined_poses(part)
+    part = replace(found, name=name, views=beside, pose_errors=replace(errors, covariances=covs))
+    return Look(with_refined_poses(part), errors)
