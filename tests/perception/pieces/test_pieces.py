@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.scene import Plane, Scene
+from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import stick_table
 
@@ -146,3 +148,16 @@ def test_legs_that_are_known_as_edges_alone_are_bars() -> None:
     assert Counter(kinds(rows).values()) == {"board": 1, "bar": 4}
     assert len(rows["carries"]) == 4
     assert all(share == 0.0 for _, share in rows["piece_round"])
+
+
+def test_a_solid_part_in_which_an_edge_merely_ends_is_a_piece_along_the_grid() -> None:
+    solid = np.zeros((9, 3, 3), np.bool_)
+    solid[:3] = solid[6:] = True
+    grid = Grid(Lattice(0.1, np.eye(3), np.zeros(3), solid.shape), solid, solid)
+    # An edge from inside of one part to the rim of the other: one point of it lies in that.
+    edge = np.array([[[0.15, 0.15, 0.15], [0.61, 0.15, 0.15]]])
+    found = find_pieces(grid, (), np.zeros((0, 3)), edge)
+    assert len(found.pieces) == 2
+    for piece in found.pieces:
+        assert np.isfinite([piece.length.value, piece.width.value, piece.thickness.value]).all()
+        assert np.abs(np.linalg.det(piece.axes)) == pytest.approx(1.0)
