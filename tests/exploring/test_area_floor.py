@@ -111,3 +111,16 @@ def test_what_was_heard_long_ago_gives_way_to_what_is_heard_now(floor: AreaFloor
     for _ in range(4):
         floor.add([Beam(1.0, 2.0, 0.0, 5.0, False)])
     assert floor.echoes(0.1, ()) == ()
+
+
+def test_what_echoed_from_afar_alone_is_worth_a_look_though_no_floor_is_missing() -> None:
+    floor = AreaFloor(AREA)
+    floor.begin((0.5, 2.0))
+    before = floor.worth(RADIUS, ())
+    floor.add(_beams(0.5, 2.0))
+    assert floor.echoes(RADIUS, ()) == ()
+    gained = floor.worth(RADIUS, ()) - before
+    assert gained.max() > 10.0
+    assert np.linalg.norm(floor.lattice.middles[gained > 1.0] - POLE, axis=1).max() < 0.8
+    floor.given_up |= gained > 1.0
+    assert floor.worth(RADIUS, ()).max() <= 1.0

@@ -15,7 +15,9 @@ NONE = np.zeros(LATTICE.shape, np.bool_)
 
 def _best(unseen: np.ndarray, stopped: np.ndarray = NONE, x: float = 4.0) -> Sweep | None:
     ways = FloorWays(LATTICE, ~unseen & ~stopped, ~stopped, (x, 2.0))
-    return best_sweep(unseen, stopped, ways, LATTICE, Pose2(x, 2.0), Pace(), reach=2.0, least=0.25)
+    return best_sweep(
+        unseen.astype(float), stopped, ways, LATTICE, Pose2(x, 2.0), Pace(), reach=2.0, least=0.25
+    )
 
 
 def test_it_goes_where_floor_is_unseen_and_knows_how_much_shows() -> None:

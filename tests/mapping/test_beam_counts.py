@@ -43,6 +43,10 @@ def test_an_echo_from_too_far_says_where_nothing_is_alone() -> None:
     counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
     assert _is(counts.passed, 0.8, 0.05)
     assert not counts.echoed.any()
+    assert _is(counts.echoed_afar, 1.55, 0.05)
+    counts.add(Beam(0.85, 0.05, 0.0, 0.7, True))
+    assert _is(counts.echoed, 1.55, 0.05)
+    assert not _is(counts.echoed_afar, 1.55, 0.05)
 
 
 def test_what_is_heard_anew_weighs_more_than_what_has_faded() -> None:

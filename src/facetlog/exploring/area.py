@@ -17,6 +17,7 @@ import numpy as np
 from facetlog.counted import many
 from facetlog.exploring.area_floor import (
     CLEARANCE,
+    LEAST_FLOOR,
     SIDE,
     Area,
     AreaFloor,
@@ -54,10 +55,6 @@ SWEEP = 2.3
 # Of the views on both rings so many can be reached before a place is looked at, as long as there is
 # unseen floor to go to: half of the inner one.
 ENOUGH = PLACES // 2
-# A sweep is worth it from so much unseen floor, m²: the robot's own place.
-LEAST_FLOOR = 0.25
-# A place without views that could be reached is tried again when so much more floor is known, m².
-LEAST_NEW = 1.0
 # Where it gets to no place at all, it turns on the spot by a quarter, once round.
 QUARTER, QUARTERS = math.pi / 2, 3
 # A picture on the way shows what is so far ahead, m.
@@ -155,7 +152,7 @@ class AreaExplorer:
                 return self._told(found, ended)
             why = "the views are all taken" if isinstance(found, Chosen) else found.reason
             self._end(group, why)
-            group.known = self.floor.area_of(self.floor.passed(around.body))
+            group.offered = len(self._rings(group, around, ways, taken).candidates(number))
             ended[str(group.number)] = why
 
     def _sort(self, taken: Sequence[Taken]) -> None:
@@ -236,7 +233,6 @@ class AreaExplorer:
 
     def _judged(self, group: Group, interest: Interest) -> ViewVerdict:
         verdict, part = self._judge(tuple(group.names), interest)
-        group.judged = len(group.names)
         group.thing = thing_at(group.place, part.things)
         return verdict
 
@@ -277,12 +273,12 @@ class AreaExplorer:
     def _again(
         self, around: Around, ways: FloorWays, taken: Sequence[Taken], number: int
     ) -> Group | None:
-        """A place that lacked views that can be reached by now."""
-        known = self.floor.area_of(self.floor.passed(around.body))
+        """A place of which more views can be reached than when it ended: once more."""
         for group in self.groups:
-            if group.settled or group.retried or known < group.known + LEAST_NEW:
+            if group.settled or group.retried:
                 continue
-            if not self._rings(group, around, ways, taken).candidates(number):
+            offered = len(self._rings(group, around, ways, taken).candidates(number))
+            if offered < group.offered + FEWEST_VIEWS:
                 continue
             group.retried, group.ended = True, ""
             return group
@@ -297,9 +293,9 @@ class AreaExplorer:
         if self._swept is not None:
             floor.given_up |= shown_from(self._swept, stopped, floor.lattice, SWEEP)
             self._swept = None
-        unseen = floor.unseen(around.body, kept) & ~floor.given_up
+        worth = floor.worth(around.body, kept)
         sweep = best_sweep(
-            unseen,
+            worth,
             stopped,
             ways,
             floor.lattice,
@@ -309,7 +305,7 @@ class AreaExplorer:
             least=LEAST_FLOOR,
         )
         if sweep is None:
-            left = floor.area_of(unseen) >= LEAST_FLOOR or floor.echoes(around.body, kept)
+            left = worth.sum() * SIDE**2 >= LEAST_FLOOR or floor.echoes(around.body, kept)
             if self._quarters == QUARTERS or not left:
                 return None
             self._quarters += 1
@@ -319,7 +315,7 @@ class AreaExplorer:
         route = ways.route_to(sweep.place)
         assert route is not None  # noqa: S101 - the place is one of those that can be reached
         self._swept = sweep.place
-        why = f"{sweep.floor:.1f} m² of unseen floor show from there"
+        why = f"unseen floor and echoes from afar, worth {sweep.floor:.1f} m², show from there"
         return self._on_the_way(_arriving(route, here), route, number, around, why)
 
     def _on_the_way(

@@ -25,7 +25,7 @@ from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["CLEARANCE", "SIDE", "Area", "AreaFloor", "KeptOff"]
+__all__ = ["CLEARANCE", "LEAST_FLOOR", "SIDE", "Area", "AreaFloor", "KeptOff"]
 
 Area = tuple[float, float, float, float]
 """x and y of the lowest corner, width and height, metres."""
@@ -35,6 +35,8 @@ SIDE = 0.1
 CLEARANCE = 0.06
 """What ways keep free beside the robot's radius, m: driving misses its route by 2 cm and stops
 within 2 cm, and half a diagonal of a cell is left."""
+LEAST_FLOOR = 0.25
+"""A look is worth it from so much unseen floor, m²: the robot's own place."""
 # An echo's arc is no wider than what may overhang it: 30 degrees of 2.3 m.
 FARTHEST_ECHO = 2 * OVERHANG / math.radians(30.0)
 # After so many metres a cell's counts weigh e times less: wheels that differ by half a per cent put
@@ -48,17 +50,10 @@ BESIDE = 0.3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class KeptOff:
-    """The plan of a thing that was found, and how far off it may be by now, m.
-
-    What has drifted farther than what may overhang an echo is kept off by its echoes, which are
-    heard where it is now.
-    """
+    """The plan of a thing that was found, and how far off it may be by now, m."""
 
     plan: shapely.Geometry
     sd: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sd", min(self.sd, OVERHANG))
 
 
 class AreaFloor:
@@ -128,11 +123,19 @@ class AreaFloor:
         known = self.passed(radius) | self._counts.echoed
         return np.asarray(~known & ~self.beside(things))
 
+    def worth(self, radius: float, things: Sequence[KeptOff]) -> FloatArray:
+        """How much each cell (rows, columns) is worth a look, as so many cells of unseen floor: one
+        that echoed from afar alone as much as a sweep asks for. What was given up is worth none.
+        """
+        afar = self._counts.echoed_afar & ~self.bodies(radius) & ~self.beside(things) & ~self.asked
+        found = np.where(afar, LEAST_FLOOR / SIDE**2, self.unseen(radius, things))
+        return np.asarray(np.where(self.given_up, 0.0, found), dtype=np.float64)
+
     def beside(self, things: Sequence[KeptOff]) -> NDArray[np.bool_]:
         """The cells on which things stand or that are beside them."""
         found = np.zeros(self.lattice.shape, np.bool_)
         for thing in things:
-            found |= self._away(thing) <= BESIDE + thing.sd
+            found |= self._away(thing) <= BESIDE + min(thing.sd, OVERHANG)
         return found
 
     def echoes(self, radius: float, things: Sequence[KeptOff]) -> tuple[Echo, ...]:
@@ -157,7 +160,8 @@ class AreaFloor:
         for thing in things:
             off = self._away(thing)
             bare &= off >= radius
-            open_ &= off >= radius + CLEARANCE + thing.sd
+            # What has drifted farther is kept off by its echoes, which are heard where it is now.
+            open_ &= off >= radius + CLEARANCE + min(thing.sd, BESIDE)
         for circle in closed:
             off = self.lattice.away((circle.x, circle.y))
             bare &= off >= min(circle.radius, circle.distance(here))

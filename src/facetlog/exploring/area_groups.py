@@ -35,8 +35,9 @@ AIMED_AT = 0.25
 class Group:
     """A place that is looked at: its number, `target` (2,) and how far what is there reaches, m.
 
-    `names` are its views, `thing` is what they show there, `ended` says why there are no more; at
-    that time so much floor (m²) was `known`. It is `settled` where its verdict cannot change.
+    `names` are its views, `thing` is what they show there, `ended` says why there are no more: then
+    so many views were `offered`, as could be reached. It is `settled` where its verdict cannot
+    change.
     """
 
     number: int
@@ -46,9 +47,8 @@ class Group:
     names: list[str] = field(default_factory=list)
     thing: PlacedThing | None = None
     ended: str = ""
-    known: float = 0.0
+    offered: int = 0
     retried: bool = False
-    judged: int = 0
 
     @property
     def settled(self) -> bool:

@@ -25,7 +25,7 @@ EVERY = 3
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A place from which unseen floor shows: how much, m², and seconds until it is there."""
+    """A place from which unseen floor shows: how much it is worth, m², and seconds to it."""
 
     place: Point
     floor: float
@@ -33,7 +33,7 @@ class Sweep:
 
 
 def best_sweep(
-    unseen: NDArray[np.bool_],
+    worth: FloatArray,
     stopped: NDArray[np.bool_],
     ways: FloorWays,
     lattice: Lattice,
@@ -43,9 +43,10 @@ def best_sweep(
     reach: float,
     least: float,
 ) -> Sweep | None:
-    """The place that shows most `unseen` floor a second; None if none shows the `least`, m².
+    """The place that shows most unseen floor a second; None if none shows the `least`, m².
 
-    `stopped` are the cells (rows, columns) that stop a look, which goes as far as `reach` (m).
+    `worth` is how much unseen floor each cell (rows, columns) counts as, in cells; `stopped` are
+    those that stop a look, which goes as far as `reach` (m).
     """
     lengths = ways.lengths
     asked = np.zeros(lattice.shape, np.bool_)
@@ -55,7 +56,7 @@ def best_sweep(
         return None
     row, column = cells.T
     places = lattice.middles[row, column]
-    shown = _shown(places, unseen, stopped, lattice, reach)
+    shown = _shown(places, worth, stopped, lattice, reach)
     step = places - [here.x, here.y]
     bearings = np.arctan2(step[:, 1], step[:, 0])
     turns = np.array([abs(wrapped(float(b) - here.heading)) for b in bearings])
@@ -71,7 +72,7 @@ def best_sweep(
 
 def _shown(
     places: FloatArray,
-    unseen: NDArray[np.bool_],
+    worth: FloatArray,
     stopped: NDArray[np.bool_],
     lattice: Lattice,
     reach: float,
@@ -81,7 +82,7 @@ def _shown(
     for angle in math.tau * np.arange(RAYS) / RAYS:
         radii, inside, row, column = _along(places, float(angle), lattice, reach)
         passed = np.cumsum(~inside | stopped[row, column], axis=1) == 0
-        found += (passed & unseen[row, column]) @ radii
+        found += (passed * worth[row, column]) @ radii
     area: FloatArray = found * lattice.side * (math.tau / RAYS)
     return area
 

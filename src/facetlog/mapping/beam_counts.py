@@ -23,7 +23,8 @@ class BeamCounts:
     """Counts of beams in cells (rows, columns): `hits` that ended there, `passes` that went on.
 
     `low` is the corner of cell (0, 0) in the world, `side` that of a cell, metres. Echoes from
-    farther away than `farthest_echo` (m) do not count where they ended: their arc is too wide.
+    farther away than `farthest_echo` (m) count apart, in `far`: their arc is too wide to say where
+    something is.
     """
 
     def __init__(
@@ -37,11 +38,17 @@ class BeamCounts:
         self._low, self._side, self._farthest_echo = np.array(low), side, farthest_echo
         self.hits: NDArray[np.float32] = np.zeros(shape, np.float32)
         self.passes: NDArray[np.float32] = np.zeros(shape, np.float32)
+        self.far: NDArray[np.float32] = np.zeros(shape, np.float32)
 
     @property
     def echoed(self) -> NDArray[np.bool_]:
         """The cells in which at least as many beams ended as passed."""
         return np.asarray((self.hits > 0) & (self.hits >= self.passes))
+
+    @property
+    def echoed_afar(self) -> NDArray[np.bool_]:
+        """The cells in which at least as many beams ended as passed, all of them from far away."""
+        return np.asarray((self.far > 0) & (self.hits == 0) & (self.far >= self.passes))
 
     @property
     def passed(self) -> NDArray[np.bool_]:
@@ -60,15 +67,16 @@ class BeamCounts:
         cv2.polylines(at_end, [pixels[1:]], False, 1)
         ended = at_end.view(np.bool_)
         self.passes += mask.view(np.bool_) & ~ended
-        if beam.echo and beam.range <= self._farthest_echo:
-            self.hits += ended
+        if beam.echo:
+            counted = self.hits if beam.range <= self._farthest_echo else self.far
+            counted += ended
 
     def fade(self, share: float) -> None:
         """Lets what was counted so far weigh a share (0..1) of what comes: of a cell that no beam
         comes to any more nothing changes.
         """
-        self.hits *= share
-        self.passes *= share
+        for counted in (self.hits, self.passes, self.far):
+            counted *= share
 
 
 def sector(beam: Beam, count: int) -> FloatArray:
