@@ -33,7 +33,7 @@ from facetlog.pipeline import open_models
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.keep_out import CLEARANCE
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
+from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Record, Taken
@@ -183,6 +183,7 @@ def explored_room(seed: int) -> Outcome:
             _Silent(),
             wide=KIND.radius + CLEARANCE,
             detours=MOST,
+            drift=MOST_DRIFT,
         )
         ended = collect(rig, stops, record, _Silent(), guide=stops)
     end = stops.reason if ended.fault is None else str(ended.fault)

@@ -26,7 +26,7 @@ from facetlog.robot.collecting.keep_out import (
 )
 from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
+from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
 from facetlog.robot.collecting.order import short_order
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
@@ -197,6 +197,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 wide=radius + CLEARANCE,
                 # Round one target its way is blocked as often as there are places, and no oftener.
                 detours=PLACES if request.area is None else request.chooser.most,
+                drift=math.inf if request.area is None else MOST_DRIFT,
             )
         try:
             with end_recorded(rig, len(stops), record, way):

@@ -15,7 +15,7 @@ from facetlog.mapping.room_map import ScenePart
 from facetlog.mapping.visit import read_visit
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.next_stop import Around, Chosen, ChosenStops
+from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, ChosenStops
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Record, read_log, read_record
 from facetlog.robot.collecting.route import Circle
@@ -86,7 +86,14 @@ class Area:
         self.heard = Heard()
         wide = ROBOT.radius + 0.03
         self.stops = ChosenStops(
-            explorer, self.around, base, self.record, self.heard, wide=wide, detours=20
+            explorer,
+            self.around,
+            base,
+            self.record,
+            self.heard,
+            wide=wide,
+            detours=20,
+            drift=MOST_DRIFT,
         )
         self._rig = rig
 

@@ -9,7 +9,6 @@ the unseen floor shows a second, until none of it can be reached.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -27,21 +26,19 @@ from facetlog.exploring.area_groups import Group, Rings
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
+from facetlog.exploring.on_the_way import arriving, view_on_the_way
 from facetlog.exploring.unseen_floor import best_sweep, shown_from
-from facetlog.mapping.place import LOOKS_AT, OVERHANG, places_of, thing_at
+from facetlog.mapping.place import OVERHANG, Place, places_of, thing_at
 from facetlog.mapping.placed_thing import pose_covariance_at
 from facetlog.mapping.room_map import ScenePart
 from facetlog.mapping.same_thing import MappedThing, merged
 from facetlog.mapping.visit import Visit
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.kinematics import camera_pose, gaze_at
-from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Around, Chosen, Finished, place_sd
-from facetlog.robot.collecting.plan import Stop
+from facetlog.robot.collecting.next_stop import EXPLORED, Around, Chosen, Finished, place_sd
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import PLACES
-from facetlog.robot.collecting.route import Point, Route, route_length
-from facetlog.robot.collecting.tour_file import TourView
+from facetlog.robot.collecting.route import Point, Route
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict
@@ -57,8 +54,6 @@ SWEEP = 2.3
 ENOUGH = PLACES // 2
 # Where it gets to no place at all, it turns on the spot by a quarter, once round.
 QUARTER, QUARTERS = math.pi / 2, 3
-# A picture on the way shows what is so far ahead, m.
-AHEAD = 2.0
 
 AreaJudge: TypeAlias = Callable[[tuple[str, ...], Interest], tuple[ViewVerdict, ScenePart]]
 """What the views of these names show: the verdict with what is undecided, and things in the world.
@@ -138,12 +133,12 @@ class AreaExplorer:
             if not taken:
                 # Sonars are heard while it moves or stands to take a picture.
                 return self._on_the_way(here, ((here.x, here.y),) * 2, number, around, "first look")
-            group = group or self._next_group(around, ways, kept, taken, number, ENOUGH)
+            group = group or self._next_group(around, ways, kept, number, ENOUGH)
             if group is None:
                 sweep = self._next_sweep(around, ways, kept, number)
                 if sweep is not None:
                     return self._told(sweep, ended)
-                group = self._next_group(around, ways, kept, taken, number, FEWEST_VIEWS)
+                group = self._next_group(around, ways, kept, number, FEWEST_VIEWS)
                 group = group or self._again(around, ways, taken, number)
                 if group is None:
                     return self._finished("", around, kept, ended)
@@ -190,14 +185,16 @@ class AreaExplorer:
     def _rings(
         self, group: Group, around: Around, ways: FloorWays, taken: Sequence[Taken]
     ) -> Rings:
-        return Rings.of(group, around, ways, taken, self._beside(group, around))
+        first = group.taken(taken)[:1]
+        begin = first[0].pose.centre if first else None
+        off = self._beside(group, around)
+        return Rings.of(group.place, group.thing, around, ways, off, begin)
 
     def _next_group(
         self,
         around: Around,
         ways: FloorWays,
         kept: Sequence[KeptOff],
-        taken: Sequence[Taken],
         number: int,
         least: int,
     ) -> Group | None:
@@ -206,8 +203,9 @@ class AreaExplorer:
         """
         best: tuple[float, FloatArray, float] | None = None
         for echo in self.floor.echoes(around.body, kept):
-            trial = Group(0, echo.middle, echo.reach, self._explorer(None))
-            views = self._rings(trial, around, ways, taken).candidates(number)
+            x, y = echo.middle.tolist()
+            place, off = Place(0, x, y, echo.reach), around.body + OVERHANG
+            views = Rings.of(place, None, around, ways, off).candidates(number)
             if len(views) < least:
                 continue
             seconds = min(round(each.seconds, 9) for each in views)
@@ -220,16 +218,15 @@ class AreaExplorer:
         return group
 
     def _add_group(self, target: FloatArray, reach: float) -> Group:
-        group = Group(len(self.groups) + 1, target, reach, self._explorer(None))
-        group.explorer = self._explorer(group)
+        number = len(self.groups) + 1
+
+        def judge(_: int, interest: Interest) -> ViewVerdict:
+            return self._judged(self.groups[number - 1], interest)
+
+        explorer = Explorer(judge, most=self._of_a_place, most_by="one place gets")
+        group = Group(number, target, reach, explorer)
         self.groups.append(group)
         return group
-
-    def _explorer(self, group: Group | None) -> Explorer:
-        def judge(_: int, interest: Interest) -> ViewVerdict:
-            return ViewVerdict(0) if group is None else self._judged(group, interest)
-
-        return Explorer(judge, most=self._of_a_place, most_by="one place gets")
 
     def _judged(self, group: Group, interest: Interest) -> ViewVerdict:
         verdict, part = self._judge(tuple(group.names), interest)
@@ -268,7 +265,7 @@ class AreaExplorer:
         )
         if group.thing is None or known:
             off = self.floor.lattice.away((float(group.target[0]), float(group.target[1])))
-            self.floor.asked |= off <= group.reach + around_what_was_asked(group)
+            self.floor.asked |= off <= group.reach + _beside_what_was_asked(group)
 
     def _again(
         self, around: Around, ways: FloorWays, taken: Sequence[Taken], number: int
@@ -316,30 +313,14 @@ class AreaExplorer:
         assert route is not None  # noqa: S101 - the place is one of those that can be reached
         self._swept = sweep.place
         why = f"unseen floor and echoes from afar, worth {sweep.floor:.1f} m², show from there"
-        return self._on_the_way(_arriving(route, here), route, number, around, why)
+        return self._on_the_way(arriving(route, here), route, number, around, why)
 
     def _on_the_way(
         self, there: Pose2, route: Route, number: int, around: Around, why: str
     ) -> Chosen:
-        mount = around.reach.mount
-        x, y = there.x + AHEAD * math.cos(there.heading), there.y + AHEAD * math.sin(there.heading)
-        point = np.array([x, y, 0.0])
-        gaze = around.reach.within(gaze_at(there, mount, point))
-        view = TourView(f"view{number:03d}.png", camera_pose(there, mount, gaze))
-        self._sent = view.name, 0
-        line = {
-            "result": CHOSEN,
-            "after": number - 1,
-            "image": view.name,
-            "robot": [there.x, there.y, math.degrees(there.heading)],
-            "way": route_length(route),
-            "undecided": [],
-            "promise": None,
-            "why": why,
-            LOOKS_AT: 0,
-        }
-        stop = Stop(number, view, there, gaze, point, route)
-        return Chosen(stop, line, (f"next {view.name}: {why}",))
+        found = view_on_the_way(there, route, number, around.reach, why)
+        self._sent = found.stop.view.name, 0
+        return found
 
     def _told(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
         """A choice with what was said before it, and which places came to their end."""
@@ -357,6 +338,9 @@ class AreaExplorer:
         done = why or "no unseen floor of the area can be reached, and no verdict can change"
         parts = [done, f"{many(len(self.things), 'thing')} found"]
         parts.append(f"{unseen:.1f} of {self.area[2] * self.area[3]:.1f} m² of floor not looked at")
+        if nothing := [g for g in self.groups if g.thing is None]:
+            at = " and ".join(_at(each.target) for each in nothing)
+            parts.append(f"nothing is found at {at}, where something echoes")
         if open_:
             parts.append(f"{many(len(open_), 'verdict')} still open")
         if left:
@@ -370,18 +354,9 @@ class AreaExplorer:
         return Finished(reason, line, tuple(self._said))
 
 
-def around_what_was_asked(group: Group) -> float:
+def _beside_what_was_asked(group: Group) -> float:
     """How far beside a place that was looked at echoes are those of the place, m."""
     return SIDE if group.thing is None else OVERHANG / 2
-
-
-def _arriving(route: Route, here: Pose2) -> Pose2:
-    """The robot's pose at the end of a route, as it comes there."""
-    legs = [(a, b) for a, b in pairwise(route) if a != b]
-    if not legs:
-        return here
-    (ax, ay), (bx, by) = legs[-1]
-    return Pose2(bx, by, math.atan2(by - ay, bx - ax))
 
 
 def _at(place: FloatArray) -> str:

@@ -21,6 +21,7 @@ from facetlog.mapping.beam_counts import BeamCounts
 from facetlog.mapping.place import OVERHANG
 from facetlog.mapping.sonar_beams import Beam, new_beams
 from facetlog.perception.types import FloatArray
+from facetlog.robot.collecting.next_stop import MOST_DRIFT
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
@@ -161,7 +162,7 @@ class AreaFloor:
             off = self._away(thing)
             bare &= off >= radius
             # What has drifted farther is kept off by its echoes, which are heard where it is now.
-            open_ &= off >= radius + CLEARANCE + min(thing.sd, BESIDE)
+            open_ &= off >= radius + CLEARANCE + min(thing.sd, MOST_DRIFT)
         for circle in closed:
             off = self.lattice.away((circle.x, circle.y))
             bare &= off >= min(circle.radius, circle.distance(here))

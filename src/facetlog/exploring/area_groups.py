@@ -94,29 +94,27 @@ class Rings:
     @classmethod
     def of(
         cls,
-        group: Group,
+        place: Place,
+        thing: PlacedThing | None,
         around: Around,
         ways: FloorWays,
-        taken: Sequence[Taken],
         beside: float,
+        begin: FloatArray | None = None,
     ) -> "Rings":
-        """Those of a group; the robot's middle keeps `beside` (m) off what is there."""
+        """Those of a place, round the thing if one is known; the robot's middle keeps `beside` (m)
+        off what is there. They begin at the bearing of `begin` (2 or more,), else of the robot.
+        """
         mount, here = around.reach.mount, around.here
-        thing = group.thing
         if thing is None:
-            target = np.array([*group.target, AIMED_AT * mount.z])
-            out = group.reach
+            target, out = np.array([place.x, place.y, AIMED_AT * mount.z]), place.reach
         else:
-            target = np.array([*thing.pose[:2], thing.high.value / 2])
-            out = reach_of(thing)
+            target, out = np.array([*thing.pose[:2], thing.high.value / 2]), reach_of(thing)
         off = max(beside + ROOM + reach_of_mount(mount), AWAY_PER_HEIGHT * mount.z)
-        first = group.taken(taken)
-        start = first[0].pose.centre[:2] if first else (here.x, here.y)
         rings = replace(
             around,
             target=target,
             radius=out + off,
-            first=bearing(target, start),
+            first=bearing(target, (here.x, here.y) if begin is None else begin),
             reach=replace(around.reach, closed=()),
         )
         return cls(rings, ways)
