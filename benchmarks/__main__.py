@@ -31,6 +31,7 @@ NAMES = (
     "accuracy_online",
     "accuracy_explore",
     "accuracy_map",
+    "accuracy_area",
     "accuracy_recursion",
     "accuracy_lines",
     "accuracy_planes",

@@ -42,7 +42,18 @@ from facetlog.robot.rendering.views import views_of, with_drift
 from facetlog.robot.rendering.worlds import INCH
 from facetlog.robot.tour import tour_camera
 
-__all__ = ["NAME", "Outcome", "main", "measure", "outcome", "report"]
+__all__ = [
+    "MAST",
+    "NAME",
+    "NOISE",
+    "Outcome",
+    "main",
+    "measure",
+    "off_truth",
+    "outcome",
+    "report",
+    "shared_plan",
+]
 
 NAME = "accuracy_map"
 SEEDS = 20
@@ -254,7 +265,7 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
     standing: list[list[MappedThing]] = [[] for _ in room.things]
     extra = 0
     for thing in found.things:
-        shared = [_shared(thing, true) for true in room.things]
+        shared = [shared_plan(thing, true) for true in room.things]
         if max(shared) > 0.5:
             standing[int(np.argmax(shared))].append(thing)
         else:
@@ -264,7 +275,7 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
         if mapped:
             named += world_truth(true.kind, mapped[0].model) is True
         if len(mapped) == 1:
-            distance, off = _off(true, mapped[0])
+            distance, off = off_truth(true, mapped[0])
             distances.append(distance)
             errors.append(off)
     plans = shapely.union_all([true.plan for true in room.things])
@@ -284,14 +295,14 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
     )
 
 
-def _shared(thing: MappedThing, true: TrueThing) -> float:
+def shared_plan(thing: MappedThing, true: TrueThing) -> float:
     """Which share of the lesser plan lies within the other."""
     plan = thing.best.plan.buffer(0.01)
     least = min(plan.area, true.plan.area)
     return float(shapely.intersection(plan, true.plan).area / least)
 
 
-def _off(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float, float]]:
+def off_truth(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float, float]]:
     """The distance of a pose from the true one in standard deviations, and in m and radians."""
     best = mapped.best
     alike = min(best.box.turns_alike, true.box.turns_alike)

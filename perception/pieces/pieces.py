@@ -196,9 +196,8 @@ def _directions(
     """Along which a piece may be thin, the more likely first."""
     yield from grid.lattice.axes[::-1]
     yield from surface.normals[list(faces)]
-    # No covariance: a short edge may be of a single point.
-    centred = points - points.mean(axis=0)
-    yield np.linalg.eigh(centred.T @ centred)[1][:, 0]
+    if len(points) > 1:  # a single one has no direction
+        yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
 
 
 def _least_box(

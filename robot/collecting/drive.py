@@ -7,7 +7,7 @@ this program hangs or dies, the driver stops the robot. All times are those of t
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import FloatArray
@@ -24,7 +24,7 @@ from facetlog.robot.collecting.way_ahead import Body, free_ahead, safe_speed
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MobileBase", "Robot", "RobotView", "WayBlockedError"]
+__all__ = ["Heard", "MobileBase", "Robot", "RobotView", "WayBlockedError"]
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
 # and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
@@ -47,6 +47,10 @@ STANDING_REPORTS = 3
 STANDING_TIMEOUT = 10.0
 # Metres that odometry may say the robot is inside a circle before that ends the drive.
 INTRUSION = 0.02
+
+
+Heard: TypeAlias = Callable[[Pose2, Sequence[SonarRange]], None]
+"""Is given where the robot is in the world, and the last range of each of its sonars."""
 
 
 class WayBlockedError(DeviceError):
@@ -128,8 +132,9 @@ class MobileBase:
     """A robot that follows routes given in the world frame.
 
     `start` is the pose of odometry's origin in the world. `closed` are the keep-out circles for the
-    robot's middle. `moved` is called with every report while it drives. With its `body` it goes no
-    faster than its sonars see that the way is free, and waits where it is not.
+    robot's middle. `moved` is called with every report while it drives, `heard` with its place and
+    what its sonars said last. With its `body` it goes no faster than its sonars see that the way is
+    free, and waits where it is not.
     """
 
     def __init__(
@@ -140,10 +145,12 @@ class MobileBase:
         pace: Pace,
         closed: tuple[Circle, ...] = (),
         moved: Callable[[float, Pose2], None] | None = None,
+        heard: Heard | None = None,
         body: Body | None = None,
     ) -> None:
         self._robot, self._start, self._pace = robot, start, pace
         self._closed, self._moved, self._body = closed, moved, body
+        self._heard = heard
 
     @property
     def state(self) -> RobotView:
@@ -266,6 +273,8 @@ class MobileBase:
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         if self._moved is not None:
             self._moved(later.at, self.place(later))
+        if self._heard is not None:
+            self._heard(self.place(later), later.sonars)
         return later
 
     def _check(self, state: RobotView) -> None:

@@ -68,9 +68,16 @@ def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
     return room
 
 
-def rings_round_target(request: Request, reach: Reach, pace: Pace) -> Around:
-    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it."""
+def rings_round_target(request: Request, reach: Reach, pace: Pace, body: float) -> Around:
+    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
+
+    Of an area there are none yet: whoever explores it finds what they are round.
+    """
     target = request.tour.target
+    if request.area is not None:
+        x, y, width, height = request.area
+        middle = np.array([x + width / 2, y + height / 2, 0.0])
+        return Around(middle, 0.0, 0.0, reach, pace, request.start, body)
     if target is None:
         raise InputError("--explore needs what is looked at: give --target X,Y,Z")
     place = float(target[0]), float(target[1])
@@ -82,4 +89,4 @@ def rings_round_target(request: Request, reach: Reach, pace: Pace) -> Around:
         max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
     )
     first = bearing(target, (request.start.x, request.start.y))
-    return Around(target, radius, first, reach, pace, request.start)
+    return Around(target, radius, first, reach, pace, request.start, body)

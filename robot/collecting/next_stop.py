@@ -27,6 +27,7 @@ from facetlog.robot.pose2 import Pose2
 __all__ = [
     "CHOSEN",
     "EXPLORED",
+    "MOST_DRIFT",
     "Around",
     "Chooser",
     "Chosen",
@@ -36,6 +37,9 @@ __all__ = [
     "reach_of_mount",
 ]
 
+MOST_DRIFT = 0.3
+"""Metres at most by which an area's circles are wider for where the robot stands: after a long way
+odometry would close all of it, and what is in the way is heard where it is now."""
 CHOSEN, EXPLORED = "chosen", "explored"
 """What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
 
@@ -54,6 +58,8 @@ class Around:
     reach: Reach
     pace: Pace
     here: Pose2
+    body: float = 0.0
+    """The robot's radius, m."""
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
         """The views that can be taken from here, as view `number`."""
@@ -77,6 +83,7 @@ class Around:
             "closed": [[c.x, c.y, c.radius] for c in self.reach.closed],
             "pace": [self.pace.speed, self.pace.turning],
             "here": [self.here.x, self.here.y, self.here.heading],
+            "body": self.body,
             "mount": [list(mount.values), list(mount.sds)],
             "camera": [
                 *(camera.width, camera.height, camera.fx),
@@ -111,6 +118,7 @@ class Around:
                 reach,
                 Pace(*map(float, about["pace"])),
                 Pose2(*map(float, about["here"])),
+                float(about.get("body", 0.0)),
             )
         except (KeyError, TypeError, ValueError) as exc:
             raise InputError(
@@ -153,7 +161,9 @@ class ChosenStops:
 
     They are at most as many as the chooser takes beside those that are in the record already. They
     and their ways keep off by one standard deviation more of where the robot stands. `wide` is the
-    radius of the circle for the robot's middle about what blocks its way, m.
+    radius of the circle for the robot's middle about what blocks its way, m; it is blocked at most
+    `detours` times before that ends the collection. `drift` is the most that is kept off for where
+    the robot stands, m.
     """
 
     def __init__(
@@ -165,9 +175,11 @@ class ChosenStops:
         listener: Listener,
         *,
         wide: float = 0.0,
+        detours: int = PLACES,
+        drift: float = math.inf,
     ) -> None:
         self._chooser, self._around, self._base = chooser, around, base
-        self._wide, self._detours = wide, 0
+        self._wide, self._detours, self._drift = wide, detours, drift
         self._record, self._listener = record, listener
         self._most = max(chooser.most - len(record.taken), 0)
         self.closed = around.reach.closed
@@ -182,9 +194,9 @@ class ChosenStops:
 
         None where it is not known, or when the robot has found its way blocked all round.
         """
-        if fault.at is None or self._detours == PLACES:
+        if fault.at is None or self._detours == 0:
             return None
-        self._detours += 1
+        self._detours -= 1
         here = self._base.place(self._base.state)
         # It stands outside, by as much as a route's end may be off.
         radius = min(self._wide, math.dist((here.x, here.y), fault.at) - OUTSIDE)
@@ -197,7 +209,7 @@ class ChosenStops:
     def __iter__(self) -> Iterator[Stop]:
         while True:
             here = self._base.place(self._base.state)
-            margin = place_sd(self._base.state.covariance)
+            margin = min(place_sd(self._base.state.covariance), self._drift)
             around = replace(self._around.kept_off(margin), here=here)
             self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)

@@ -46,13 +46,17 @@ IN_PICTURE = 0.95
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stop:
-    """One view that will be taken: the robot's pose, the angles, and the point looked at (3,)."""
+    """One view that will be taken: the robot's pose, the angles, and the point looked at (3,).
+
+    `route` is the way there where it was chosen with the view; else it is the shortest one.
+    """
 
     number: int
     view: TourView
     robot: Pose2
     gaze: Gaze
     point: FloatArray
+    route: Route | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.robot.collecting.drive import Heard
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.next_stop import Chooser
 from facetlog.robot.collecting.optics import Optics
@@ -47,7 +48,11 @@ class Request:
     model: str | None = None
     baud: int | None = None
     chooser: Chooser | None = None
-    """Of what is explored: the tour has a target and no views."""
+    """Of what is explored: the tour has a target and no views, or neither for an area."""
+    area: tuple[float, float, float, float] | None = None
+    """That is explored: x and y of its lowest corner, width and height, metres."""
+    heard: Heard | None = None
+    """Is given what the sonars say while the robot drives."""
 
 
 def earlier_views(request: Request) -> tuple[Taken, ...]:

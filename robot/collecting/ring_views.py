@@ -18,7 +18,7 @@ from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import TourView
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["PLACES", "STEP", "Candidate", "bearing", "ring_candidates"]
+__all__ = ["PLACES", "STEP", "Candidate", "bearing", "ring_candidates", "turns_along"]
 
 # Places on a ring. At 22.5° a face moves on by less than the 45° from which it is seen otherwise,
 # and three neighbours in a row show the same two sides of a thing.
@@ -75,7 +75,7 @@ def ring_candidates(
             route = shortest_route(*ends, reach.closed)
             if route is None:
                 continue
-            way, turns = route_length(route), _turns(route, here, stop.robot)
+            way, turns = route_length(route), turns_along(route, here, stop.robot)
             seconds = way / pace.speed + turns / pace.turning + SETTLE + HEAD_SETTLE
             pose = camera_pose(stop.robot, reach.mount, stop.gaze)
             found.append(Candidate(stop, pose, way, turns, seconds))
@@ -89,7 +89,7 @@ def _view(target: FloatArray, radius: float, angle: float, number: int, reach: R
     return TourView(f"view{number:03d}.png", camera_pose(robot, reach.mount, gaze))
 
 
-def _turns(route: Route, here: Pose2, there: Pose2) -> float:
+def turns_along(route: Route, here: Pose2, there: Pose2) -> float:
     """Radians that are turned on the spot along a route, at both ends too."""
     legs = [(a, b) for a, b in pairwise(route) if a != b]
     headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in legs]

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.errors import DeviceError, FacetlogError
+from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
@@ -26,7 +26,7 @@ from facetlog.robot.collecting.keep_out import (
 )
 from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
+from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
 from facetlog.robot.collecting.order import short_order
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
@@ -40,6 +40,7 @@ from facetlog.robot.collecting.request import (
     earlier_views,
     missing_views,
 )
+from facetlog.robot.collecting.ring_views import PLACES
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
@@ -130,6 +131,11 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         )
         sees = _sees_ahead(robot)
         robot.switch_sonars(sees)
+        if not sees and request.area is not None:
+            raise InputError(
+                "an area is explored by sonars, and this robot's are of no use: it has none whose "
+                "place is known, or its line is too slow for them (give --baud)"
+            )
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
         if coasts := coasts_when_cut(robot.configuration, request.speed):
@@ -153,7 +159,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         for each in plan.skipped:
             listener.warn(f"{each.name} is left out: {each.reason}")
         pace = Pace(robot.limits.speed, robot.limits.turning)
-        around = None if request.chooser is None else rings_round_target(request, reach, pace)
+        around = None
+        if request.chooser is not None:
+            around = rings_round_target(request, reach, pace, radius)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()
@@ -164,6 +172,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             pace=pace,
             closed=forbidden,
             moved=way.moved,
+            heard=request.heard,
             body=Body(radius, robot.parameters.width) if sees else None,
         )
         rig = Rig(
@@ -179,8 +188,17 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         stops: ChosenStops | tuple[Stop, ...] = plan.stops
         if request.chooser is not None and around is not None:
-            wide = radius + CLEARANCE
-            stops = ChosenStops(request.chooser, around, base, record, way, wide=wide)
+            stops = ChosenStops(
+                request.chooser,
+                around,
+                base,
+                record,
+                way,
+                wide=radius + CLEARANCE,
+                # Round one target its way is blocked as often as there are places, and no oftener.
+                detours=PLACES if request.area is None else request.chooser.most,
+                drift=math.inf if request.area is None else MOST_DRIFT,
+            )
         try:
             with end_recorded(rig, len(stops), record, way):
                 if len(stops):
@@ -270,7 +288,9 @@ def _about(
     request: Request, robot: str, camera: str, around: Around | None
 ) -> Mapping[str, object]:
     start = request.start
-    explored = {} if around is None else {"explore": around.to_json()}
+    explored: dict[str, object] = {} if around is None else {"explore": around.to_json()}
+    if request.area is not None:
+        explored["area"] = list(request.area)
     return {
         "tour": request.tour.name,
         "robot": robot,

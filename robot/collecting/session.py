@@ -224,7 +224,9 @@ def _take(
     rig: Rig, stop: Stop, closed: tuple[Circle, ...], others: list[Quality]
 ) -> tuple[Taken, Image]:
     here = rig.base.place(rig.base.state)
-    route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), closed)
+    route = stop.route
+    if route is None:
+        route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), closed)
     if route is None:
         raise DeviceError(
             f"no route leads to view {stop.number} that keeps out of all keep-out circles: "

@@ -14,7 +14,6 @@ RANGE = 5.0
 """Largest range, metres, and the one reported where nothing is detected (Pioneer 2 manual)."""
 # The beam is some 30 degrees wide; the nearest thing anywhere in it is measured.
 BEAM = math.radians(30)
-RAYS = 5
 ARRAY = 8
 """Sonars in an array; the arrays fire at the same time, one sonar of each at a time."""
 
@@ -71,8 +70,4 @@ class Sonars:
     def _range(self, place: SonarPlace, truth: Truth) -> float:
         c, s = math.cos(truth.heading), math.sin(truth.heading)
         x, y = truth.x + c * place.x - s * place.y, truth.y + s * place.x + c * place.y
-        middle = truth.heading + place.heading
-        return min(
-            self.obstacles.distance(x, y, middle + BEAM * (i / (RAYS - 1) - 0.5), RANGE)
-            for i in range(RAYS)
-        )
+        return self.obstacles.distance(x, y, truth.heading + place.heading, BEAM / 2, RANGE)

@@ -27,7 +27,7 @@ class FolderJudge:
     ) -> None:
         from facetlog.perception.reading.follow_views import FollowedViews
 
-        self._folder, self._base, self._recorder = folder, base, recorder
+        self.folder, self.base, self._recorder = folder, base, recorder
         self._source = FollowedViews(folder / POSES_FILE, timeout=0.0)
         self._online: OnlineScene | None = None
         self._read = 0
@@ -59,7 +59,7 @@ class FolderJudge:
                 self._problems.append(problem)
             self._read += 1
             waiting = view.name
-        found = None if self._online is None else judged(self._base, self._online)[1]
+        found = None if self._online is None else judged(self.base, self._online)[1]
         if waiting:
             self._record(waiting, found)
         return found
@@ -69,10 +69,10 @@ class FolderJudge:
         from facetlog.pipeline import recognize_views, views_from
 
         clock = StepClock()
-        path = self._folder / POSES_FILE
+        path = self.folder / POSES_FILE
         found = views_from(path, unit=None, progress=None, clock=clock)
         first = replace(found, views=found.views[:views])
-        return recognize_views(first, base=self._base, clock=clock)
+        return recognize_views(first, base=self.base, clock=clock)
 
     def _record(self, name: str, found: "Recognition | None") -> None:
         """Records a view with what is known after it."""
@@ -81,7 +81,7 @@ class FolderJudge:
         from facetlog.recordings.moments import read_moment
 
         since, scene = self._recorded_until, self._online.scene
-        moment = read_moment(self._folder, name, since, scene, found)
+        moment = read_moment(self.folder, name, since, scene, found)
         if moment is None:
             return
         self._recorded_until = moment.taken.time

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Self
 
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
+from facetlog.mapping.room_map import ScenePart
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.recorders import Recorders, Recordings
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from facetlog.folder_judge import FolderJudge
     from facetlog.kb.explaining.verdict import Recognition
 
-__all__ = ["ViewVerdict", "ViewVerdicts"]
+__all__ = ["ViewVerdict", "ViewVerdicts", "verdict_of"]
 
 _judges: "list[FolderJudge]" = []
 """Of the worker process: who judges, once its knowledge base is open."""
@@ -141,6 +142,15 @@ class ViewVerdicts:
         except BrokenProcessPool:
             return _DIED
 
+    def explored_place(
+        self, names: tuple[str, ...], interest: "Interest"
+    ) -> "tuple[ViewVerdict, ScenePart]":
+        """The same of views with these names, and the things that they show, in the world."""
+        try:
+            return self._pool.submit(_explore_place, names, interest).result()
+        except (BrokenProcessPool, CancelledError):
+            return _DIED, _NOTHING
+
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
         done: list[Future[ViewVerdict]] = []
@@ -164,6 +174,9 @@ def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
 
 
 _DIED = ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
+
+
+_NOTHING = ScenePart((), ())
 
 
 def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Recordings) -> None:
@@ -235,6 +248,20 @@ def _explore(views: int, interest: "Interest") -> ViewVerdict:
     return replace(_said(judge, views, recognition, degrees=True), needs=needs)
 
 
+def _explore_place(names: tuple[str, ...], interest: "Interest") -> "tuple[ViewVerdict, ScenePart]":
+    """In the worker: what some views of the folder show, and what is undecided of it."""
+    from facetlog.exploring.area_judge import place_verdict
+
+    judge = _judges[0]
+    try:
+        if any(recorders.each for recorders in _recorders):
+            judge.so_far(sys.maxsize)  # recordings are of the recursion
+    except FacetlogError as exc:
+        return ViewVerdict(len(names), fault=str(exc)), _NOTHING
+    verdict, part = place_verdict(judge.folder, names, interest, judge.base)
+    return replace(verdict, problems=_problems(judge)), part
+
+
 def _too_little(judge: "FolderJudge", views: int) -> ViewVerdict:
     return ViewVerdict(
         views, fault="too little was seen to say what is there", problems=_problems(judge)
@@ -250,6 +277,13 @@ def _graded(recognition: "Recognition") -> "Recognition":
 def _said(
     judge: "FolderJudge", views: int, recognition: "Recognition", *, degrees: bool = False
 ) -> ViewVerdict:
+    return verdict_of(recognition, views, _problems(judge), degrees=degrees)
+
+
+def verdict_of(
+    recognition: "Recognition", views: int, problems: tuple[str, ...] = (), *, degrees: bool = False
+) -> ViewVerdict:
+    """What was recognised in so many views; with `degrees` in place of confidences."""
     # In the order of the confidences all the same.
     best = recognition.best
     if degrees:
@@ -263,7 +297,7 @@ def _said(
         tuple(verdict.summary for verdict in best),
         tuple(m for m in asked if m not in recognition.models and m not in open_for),
         unknown,
-        _problems(judge),
+        problems,
         recognition.to_json(),
     )
 

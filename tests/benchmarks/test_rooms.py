@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks.accuracy_map import _off, _shared
+from benchmarks.accuracy_map import off_truth, shared_plan
 from benchmarks.calibration_scenes import world_truth
 from benchmarks.rooms import APART, FEWEST, MOST, make_room
 from facetlog.mapping.same_thing import merged
@@ -35,10 +35,10 @@ def test_a_pose_is_compared_with_the_true_one_as_often_as_it_looks_the_same() ->
     x, y, heading, length, width = true.box.values.tolist()
     for turn in (0.0, math.pi):
         (found,), _ = merged([box_thing(x, y, heading + turn, (length, width, true.height))])
-        distance, (off, turned) = _off(true, found)
+        distance, (off, turned) = off_truth(true, found)
         assert distance == pytest.approx(0.0, abs=1e-3)
         assert (off, turned) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
-        assert _shared(found, true) == pytest.approx(1.0, abs=0.1)
+        assert shared_plan(found, true) == pytest.approx(1.0, abs=0.1)
     (aside,), _ = merged([box_thing(x + 3.0, y, heading)])
-    assert _shared(aside, true) == 0.0
-    assert np.isfinite(_off(true, aside)[0])
+    assert shared_plan(aside, true) == 0.0
+    assert np.isfinite(off_truth(true, aside)[0])

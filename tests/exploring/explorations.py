@@ -1,13 +1,16 @@
 """A robot that explores a target in simulated time, and who judges its views in a test."""
 
 import json
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Lead, Needs, Open
+from facetlog.mapping.sonar_beams import FARTHEST
 from facetlog.perception.types import Image
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
@@ -16,16 +19,17 @@ from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
 from facetlog.robot.collecting.ring_views import bearing
-from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.session import Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 from facetlog.view_verdicts import ViewVerdict
-from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot
+from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot, FakeState
 
 TARGET = np.array([1.5, 0.0, 0.08])
 FORBIDDEN = (Circle(1.5, 0.0, 0.75),)
@@ -58,6 +62,40 @@ def log_of(folder: Path) -> list[Mapping[str, object]]:
     """The lines of collect.jsonl."""
     lines = (folder / LOG_FILE).read_text(encoding="utf-8").splitlines()
     return [json.loads(line) for line in lines]
+
+
+class Seeing(FakeRobot):
+    """A robot whose sonars see round things."""
+
+    def __init__(self, start: Pose2, things: tuple[Circle, ...]) -> None:
+        super().__init__(start)
+        self.things = things
+        self.faults.append(self._look)
+
+    @property
+    def nearest(self) -> float:
+        """How near its rim came to any of them, m."""
+        path = [(place.x, place.y) for place in self.true_path]
+        return min(distance_to(self.things, place) for place in path) - ROBOT.radius
+
+    def _look(self, state: FakeState) -> FakeState:
+        return replace(state, sonars=tuple(self._ranges(state.at)))
+
+    def _ranges(self, at: float) -> list[SonarRange]:
+        found = []
+        for index, place in enumerate(ROBOT.sonars):
+            there = self.true.compose(Pose2(place.x, place.y, place.heading))
+            echo = min((_echo(there, thing) for thing in self.things), default=FARTHEST)
+            found.append(SonarRange(index, echo, at, place))
+        return found
+
+
+def _echo(sonar: Pose2, thing: Circle) -> float:
+    x, y = thing.x - sonar.x, thing.y - sonar.y
+    far = math.hypot(x, y)
+    off = abs(math.remainder(math.atan2(y, x) - sonar.heading, math.tau))
+    half = math.radians(15.0) + math.asin(min(thing.radius / far, 1.0))
+    return min(max(far - thing.radius, 0.0), FARTHEST) if off < half else FARTHEST
 
 
 class Heard:
@@ -95,7 +133,7 @@ class Exploration:
     ) -> None:
         self.robot = robot or FakeRobot(start)
         self.head = FakeHead(self.robot)
-        self.camera = FakeCamera(self.robot, self.head, _picture)
+        self.camera = FakeCamera(self.robot, self.head, picture)
         self.base = MobileBase(
             self.robot,
             start,
@@ -122,6 +160,6 @@ class Exploration:
             return collect(self.rig, self.stops, self.record, self.heard, guide=self.stops)
 
 
-def _picture(robot: Pose2, head: HeadState) -> Image:
+def picture(robot: Pose2, head: HeadState) -> Image:
     shift = round(100 * (robot.x + robot.y + head.pan)) % 40
     return np.roll(CHEQUER, shift, axis=1).astype(np.uint8)

@@ -12,9 +12,9 @@ from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.exploring.explorer import Explorer
 from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.collecting.record import Taken, read_record
+from facetlog.robot.collecting.route import Circle
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.pioneer.state import SonarRange
-from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import (
     FORBIDDEN,
@@ -22,6 +22,7 @@ from tests.exploring.explorations import (
     START,
     TARGET,
     Exploration,
+    Seeing,
     all_open,
     judged,
     led,
@@ -48,42 +49,19 @@ def _goes_on(folder: Path, first: Exploration) -> None:
     assert len(set(names)) == len(names) == VIEWS
 
 
-class Seeing(FakeRobot):
-    """A robot whose sonars see a round thing, whose middle is at (x, y)."""
-
-    def __init__(self, thing: tuple[float, float]) -> None:
-        super().__init__(START)
-        self.thing = thing
-        self.faults.append(self._look)
-
-    def _look(self, state: FakeState) -> FakeState:
-        return replace(state, sonars=tuple(self._ranges(state.at)))
-
-    def _ranges(self, at: float) -> list[SonarRange]:
-        found = []
-        for index, place in enumerate(ROBOT.sonars):
-            there = self.true.compose(Pose2(place.x, place.y, place.heading))
-            x, y = self.thing[0] - there.x, self.thing[1] - there.y
-            far = math.hypot(x, y)
-            off = abs(math.remainder(math.atan2(y, x) - there.heading, math.tau))
-            half = math.radians(15.0) + math.asin(min(THING / far, 1.0))
-            echo = max(far - THING, 0.0) if off < half else 5.0
-            found.append(SonarRange(index, echo, at, place))
-        return found
-
-
 def test_a_door_that_is_closed_on_the_way_sends_it_to_another_view(tmp_path: Path) -> None:
     Exploration(tmp_path / "free", _explorer()).run()
     third = read_record(tmp_path / "free")[1][2].robot
     # Where the third view is to be taken from something stands.
-    robot = Seeing((third.x, third.y))
+    thing = third.x, third.y
+    robot = Seeing(START, (Circle(*thing, THING),))
     shut = Exploration(tmp_path / "shut", _explorer(), robot, sees=True)
     ended = shut.run()
     assert (ended.taken, ended.fault) == (VIEWS, None)
     said = [line for line in shut.heard.lines if "is blocked at" in line]
     blocked = [line for line in log_of(tmp_path / "shut") if line.get("result") == "blocked"]
     assert len(blocked) == len(said) > 0
-    gap = min(math.dist((p.x, p.y), robot.thing) for p in robot.true_path) - THING
+    gap = min(math.dist((p.x, p.y), thing) for p in robot.true_path) - THING
     assert gap > ROBOT.radius
     nearest = min(math.dist((p.x, p.y), TARGET[:2]) for p in robot.true_path)
     assert nearest > FORBIDDEN[0].radius
@@ -222,7 +200,7 @@ def test_a_view_that_was_chosen_again_is_not_judged_again(tmp_path: Path) -> Non
     free = Exploration(tmp_path / "free", _explorer())
     free.run()
     fifth: Taken = read_record(tmp_path / "free")[1][4]
-    robot = Seeing((fifth.robot.x, fifth.robot.y))
+    robot = Seeing(START, (Circle(fifth.robot.x, fifth.robot.y, THING),))
     shut = Exploration(tmp_path / "shut", Explorer(judged(count), most=VIEWS), robot, sees=True)
     assert shut.run().taken == VIEWS
     assert any("is blocked at" in line for line in shut.heard.lines)

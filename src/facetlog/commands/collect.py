@@ -10,8 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.collect_area import (
+    MAP_FOLDER,
+    AreaOption,
+    area_explorer,
+    area_tour,
+    checked_area,
+    mapped_area,
+)
 from facetlog.commands.collect_explored import (
     DEFAULT_MOST,
+    MOST_OF_AREA,
     DryRun,
     Explore,
     MostViews,
@@ -22,6 +31,7 @@ from facetlog.commands.collect_explored import (
     target_tour,
 )
 from facetlog.commands.collect_explored import dry_run as say_next
+from facetlog.commands.map import map_lines
 from facetlog.commands.robot_options import (
     DEFAULT_SPEED,
     Baud,
@@ -51,7 +61,10 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
+    from facetlog.commands.collect_area import Area
+    from facetlog.exploring.area import AreaExplorer
     from facetlog.exploring.explorer import Explorer
+    from facetlog.mapping.room_map import RoomMap
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.request import Request
@@ -79,8 +92,9 @@ def collect_command(
     ] = None,
     explore: Explore = False,
     target: Target = None,
+    area: AreaOption = None,
     until: Until = None,
-    max_views: MostViews = DEFAULT_MOST,
+    max_views: MostViews = None,
     dry_run: DryRun = False,
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
@@ -135,7 +149,27 @@ def collect_command(
 
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
-    goal = _checked_explore(explore, tour, target, until, max_views, keep_out, dry_run)
+    begin = parsed_start(start)
+    others = {
+        "--target": target,
+        "--until": until,
+        "--recognize": recognize,
+        "--mcap (facetlog record makes one of DIR)": mcap,
+        "--rerun (facetlog record makes one of DIR)": rerun,
+    }
+    # A robot that goes on, or is not asked, stands elsewhere than where it began.
+    room = checked_area(area, None if dry_run else begin, others)
+    most = max_views or (DEFAULT_MOST if room is None else MOST_OF_AREA)
+    goal = _checked_explore(
+        explore,
+        tour,
+        target,
+        until,
+        max_views if max_views is not None else most,
+        keep_out,
+        dry_run,
+        room is not None,
+    )
     if explore and order != "given":
         raise InputError("--order is of a tour: leave it out with --explore")
     checked_speed(speed)
@@ -143,7 +177,10 @@ def collect_command(
     if explore and dry_run:
         with ended_by_signals(), ExitStack() as stack:
             verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)
-            return say_next(out, explorer_of(verdicts, goal, max_views), as_json=as_json)
+            if room is not None:
+                going_on = area_explorer(verdicts, room, most, out, resume=True)
+                return say_next(out, going_on, as_json=as_json)
+            return say_next(out, explorer_of(verdicts, goal, most), as_json=as_json)
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
@@ -153,12 +190,12 @@ def collect_command(
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
-        target_tour(target) if tour is None else _tour(tour, scale),
+        _asked_tour(tour, target, room, scale),
         out,
         camera,
         optics,
         DEFAULT_MOUNT if mount is None else read_mount(mount),
-        parsed_start(start),
+        begin,
         start_stated=start is not None,
         head=head,
         head_port=head_port,
@@ -171,29 +208,36 @@ def collect_command(
         resume=resume,
         model=model,
         baud=baud,
+        area=room,
     )
     with ended_by_signals(), ExitStack() as stack:
         recordings = Recordings(mcap, rerun)
         recordings.check()
         recordings.check_beside(out)
         judging: ViewVerdicts | None = None
-        explorer: Explorer | None = None
+        explorer: Explorer | AreaExplorer | None = None
         if recognize or recordings or explore:
             judging = _judging(stack, out, tuple(models or ()), trust, recordings, goal)
-        if judging and explore:
-            explorer = explorer_of(judging, goal, max_views)
+        if judging and room is not None:
+            explorer = by_area = area_explorer(judging, room, most, out, resume=resume)
+            request = replace(request, heard=by_area.heard)
+        elif judging and explore:
+            explorer = explorer_of(judging, goal, most)
         collected = _collected(replace(request, chooser=explorer), judging)
-        said = judging if recognize or explore else None
+        said = judging if (recognize or explore) and room is None else None
         last = _last_verdict(said, len(collected.taken), degrees=explore) if said else None
     if last is not None and collected.mapped is not None:
         collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
-    _answer(collected, last, as_json=as_json)
+    found = None
+    if room is not None and len(collected.taken) >= LEAST_VIEWS:
+        found = mapped_area(out, room, tuple(models or ()), trusted=trust)
+    _answer(collected, last, found, as_json=as_json)
     if collected.ended.fault is not None:
         for line in error_lines(collected.ended.fault):
             error(line)
         return collected.ended.fault.exit_code
     complete = not collected.plan.skipped and (last is None or bool(last.best))
-    if explorer is not None and goal is not None:
+    if explorer is not None and (goal is not None or room is not None):
         complete = explorer.reached
     return YES if complete else NO
 
@@ -206,18 +250,29 @@ def _checked_explore(
     most: int,
     keep_out: list[str] | None,
     dry: bool,
+    of_area: bool,
 ) -> "Goal | None":
     """The goal, if there is one; InputError for options that do not go together."""
     if not explore:
         if tour is None:
-            raise InputError("give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS")
-        alone = {"--target": target, "--until": until, "--dry-run": dry or None}
+            raise InputError(
+                "give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS, or --explore "
+                "--area X,Y,W,H"
+            )
+        alone = {
+            "--target": target,
+            "--area": of_area or None,
+            "--until": until,
+            "--dry-run": dry or None,
+        }
         for name in (name for name, value in alone.items() if value is not None):
             raise InputError(f"{name} goes with --explore")
         return None
     if tour is not None:
         raise InputError("--explore chooses the views itself: leave out --tour")
-    if not dry and not keep_out:
+    if of_area and keep_out and any("," not in each for each in keep_out):
+        raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
+    if not dry and not keep_out and not of_area:
         raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
     return checked_goal(until, most)
 
@@ -246,6 +301,14 @@ def _tour(name: str, scale: float | None) -> "Tour":
     from facetlog.robot.collecting.tour_file import PAPER_TOUR, paper_tour, read_tour
 
     return paper_tour() if name == PAPER_TOUR else read_tour(Path(name), unit=scale)
+
+
+def _asked_tour(
+    tour: str | None, target: str | None, area: "Area | None", scale: float | None
+) -> "Tour":
+    if tour is not None:
+        return _tour(tour, scale)
+    return target_tour(target) if area is None else area_tour(area)
 
 
 def _last_place(folder: Path) -> str:
@@ -346,11 +409,20 @@ def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "Vi
     return come[-1] if come else None
 
 
-def _answer(collected: "Collected", last: "ViewVerdict | None", *, as_json: bool) -> None:
+def _answer(
+    collected: "Collected",
+    last: "ViewVerdict | None",
+    found: "RoomMap | None",
+    *,
+    as_json: bool,
+) -> None:
     if as_json:
         document: dict[str, object] = {"schema": SCHEMA, **collected.to_json()}
         if last is not None:
             document["verdict"] = last.document if last.document is not None else last.fault
+        if found is not None:
+            document["map"] = MAP_FOLDER
+            document["things"] = [thing.model or None for thing in found.things]
         typer.echo(json.dumps(document, indent=1))
         return
     there, wanted = len(collected.taken), len(collected.plan.stops) + len(collected.plan.skipped)
@@ -361,3 +433,6 @@ def _answer(collected: "Collected", last: "ViewVerdict | None", *, as_json: bool
         typer.echo(f"no further view: {collected.reason}")
     if last is not None:
         typer.echo(last.line)
+    if found is not None:
+        for line in map_lines(found):
+            typer.echo(line)

@@ -14,12 +14,14 @@ from facetlog.terminal import note
 
 if TYPE_CHECKING:
     from facetlog.exploring.explorer import Explorer
+    from facetlog.robot.collecting.next_stop import Chooser
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
     from facetlog.view_verdicts import ViewVerdicts
 
 __all__ = [
     "DEFAULT_MOST",
+    "MOST_OF_AREA",
     "DryRun",
     "Explore",
     "MostViews",
@@ -32,7 +34,9 @@ __all__ = [
 ]
 
 DEFAULT_MOST = 24
-"""As many views as the paper's tour has."""
+"""As many views as the paper's tour has, of one target."""
+MOST_OF_AREA = 120
+"""Of an area: eight things with twelve views each, and one in five on the way."""
 
 Explore = Annotated[
     bool, typer.Option("--explore", help="No tour: each next view is chosen by what is undecided.")
@@ -45,7 +49,12 @@ Until = Annotated[
     typer.Option("--until", metavar="GOAL", help='Explore until a degree: "table >= 90%".'),
 ]
 MostViews = Annotated[
-    int, typer.Option("--max-views", metavar="N", help="Explore with so many views at most.")
+    int | None,
+    typer.Option(
+        "--max-views",
+        metavar="N",
+        help=f"Explore with so many views at most: {DEFAULT_MOST}, of an area {MOST_OF_AREA}.",
+    ),
 ]
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Say which view comes next after those in DIR, no more.")
@@ -81,7 +90,7 @@ def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Ex
     return Explorer(verdicts.explored, goal=goal, most=most)
 
 
-def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
+def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     """Prints which view comes next after those of a folder that was explored, and why.
 
     Exit code 1 if none does. InputError for another folder.

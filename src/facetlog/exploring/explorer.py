@@ -6,7 +6,7 @@ is driven); the choice itself is a pure function (choice.py).
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -15,13 +15,14 @@ from facetlog.exploring.choice import Choice, beginning, choose, undecided
 from facetlog.exploring.needs import LEAST_TURNED, Interest, Needs
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Around, Chosen, Finished
+from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Chosen, Finished
+from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate
 from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdict
 
-__all__ = ["Explorer", "Judge"]
+__all__ = ["Explorer", "Judge", "Vantages"]
 
 UNSETTLED = 0.05
 """Without a goal a name is settled that another would take the place of in one of twenty cases; and
@@ -31,27 +32,60 @@ Judge: TypeAlias = Callable[[int, Interest], ViewVerdict]
 """The verdict on the first so many views, with what is undecided of what is of interest."""
 
 
+class Vantages(Protocol):
+    """A target (3,), the radius (m) within which a thing is it, and the views that can be taken."""
+
+    @property
+    def target(self) -> FloatArray:
+        """What is looked at."""
+
+    @property
+    def radius(self) -> float:
+        """How far from the target a thing may be that is it."""
+
+    @property
+    def reach(self) -> Reach:
+        """Mount, head and camera."""
+
+    def candidates(self, number: int) -> tuple[Candidate, ...]:
+        """The views that can be taken, as view `number`."""
+
+
 class Explorer:
     """Chooses views until the `goal` is reached, nothing can change any more, or there are `most`.
 
     Without a goal everything that is asked is to be decided.
     """
 
-    def __init__(self, judge: Judge, *, goal: Goal | None = None, most: int) -> None:
-        self._judge, self._goal, self._most = judge, goal, most
+    def __init__(
+        self,
+        judge: Judge,
+        *,
+        goal: Goal | None = None,
+        most: int,
+        most_by: str = "--max-views allows",
+    ) -> None:
+        self._judge, self._goal, self._most, self._most_by = judge, goal, most, most_by
         self._before: Needs | None = None
         self._judged: tuple[int, ViewVerdict] | None = None
         self.reached = False
         """Whether the goal is, after the last verdict."""
+        self.settled = False
+        """Whether what is asked is decided, after the last verdict."""
 
     @property
     def most(self) -> int:
         """The most views of the whole collection."""
         return self._most
 
-    def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
-        """The next stop after the views `taken`, or why none; EngineError where nobody judges."""
-        number = 1 + max((view.number for view in taken), default=0)
+    def next_stop(
+        self, around: Vantages, taken: tuple[Taken, ...], number: int | None = None
+    ) -> Chosen | Finished:
+        """The next stop after the views `taken`, or why none; EngineError where nobody judges.
+
+        `number` is that of the next view, of a collection that has other views too.
+        """
+        number = number or 1 + max((view.number for view in taken), default=0)
         places = [view.pose.centre for view in taken]
         if len(taken) < FEWEST_VIEWS:
             return self._begin(around.candidates(number), around.target, places)
@@ -72,10 +106,11 @@ class Explorer:
             needs = needs.of_rivals()
         said = () if again else (f"of {verdict.views} views: {verdict.line}", *self._brought(needs))
         self._before = needs
-        if self._is_settled(needs):
+        self.settled = self._is_settled(needs)
+        if self.settled:
             return self._finished(f"{self._holds(needs)}{_rivals(needs)}", said)
         if len(taken) >= self._most:
-            most = f"there are {len(taken)} views, as many as --max-views allows"
+            most = f"there are {len(taken)} views, as many as {self._most_by}"
             return self._finished(most, said)
         candidates = around.candidates(number)
         cov = taken[-1].covariance

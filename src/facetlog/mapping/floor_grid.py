@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from facetlog.errors import InputError
+from facetlog.mapping.beam_counts import BeamCounts, sector
 from facetlog.mapping.sonar_beams import Beam
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.types import FloatArray
@@ -32,8 +32,6 @@ RESOLUTION = 0.05
 BORDER = 1
 # A grid of more cells is a mistake in its unit, or a view that looks at the horizon.
 MOST_CELLS = 25_000_000
-# Half of a sonar's beam: it is some 30 degrees wide (Pioneer 2 manual).
-HALF_BEAM = math.radians(15.0)
 # Places of an arc that say how far it reaches.
 FEW = 5
 
@@ -117,18 +115,19 @@ def floor_grid(
             f"the map would have {columns} × {rows} cells of {side:g} m: give a larger --resolution"
         )
     canvas = _Canvas(first * side, side, (rows, columns))
-    hits, passes = np.zeros((2, rows, columns), np.int32)
+    lowest = float(first[0] * side), float(first[1] * side)
+    counts = BeamCounts(lowest, side, (rows, columns))
     for beam in seen.beams:
-        canvas.add_beam(beam, hits, passes)
+        counts.add(beam)
     cells = np.full((rows, columns), Cell.UNSEEN, np.uint8)
-    cells[passes > hits] = Cell.PASSED
-    cells[(hits > 0) & (hits >= passes)] = Cell.OCCUPIED
+    cells[counts.passed] = Cell.PASSED
+    cells[counts.echoed] = Cell.OCCUPIED
     free = canvas.bodies(seen.way, seen.radius)
     for lattice in seen.lattices:
         free |= canvas.holding(_shown(lattice, side))
     cells[free] = Cell.FREE
     cells[canvas.filled(seen.plans)] = Cell.OCCUPIED
-    return FloorGrid(cells, (float(first[0] * side), float(first[1] * side)), side)
+    return FloorGrid(cells, lowest, side)
 
 
 def _shown(lattice: SeenLattice, side: float) -> FloatArray:
@@ -159,20 +158,12 @@ def _extent(seen: Seen, points: Sequence[FloatArray]) -> tuple[FloatArray, Float
         for p in seen.way
     ]
     for beam in seen.beams:
-        ring = _sector(beam, FEW)
+        ring = sector(beam, FEW)
         boxes.append((*ring.min(axis=0), *ring.max(axis=0)))
     if not boxes:
         return np.zeros(2), np.zeros(2)
     found = np.array(boxes, dtype=np.float64)
     return found[:, :2].min(axis=0), found[:, 2:].max(axis=0)
-
-
-def _sector(beam: Beam, count: int) -> FloatArray:
-    """Where a beam begins, and so many places of the arc on which it ends (count + 1, 2)."""
-    angles = beam.heading + np.linspace(-HALF_BEAM, HALF_BEAM, count)
-    begin = np.array([beam.x, beam.y])
-    arc = beam.range * np.column_stack([np.cos(angles), np.sin(angles)])
-    return np.vstack([begin, begin + arc])
 
 
 class _Canvas:
@@ -226,18 +217,3 @@ class _Canvas:
                 inside = shapely.contains_xy(shape, across + half, up + half)
             found[r0 : r1 + 1, c0 : c1 + 1] |= inside
         return found
-
-    def add_beam(self, beam: Beam, hits: NDArray[np.int32], passes: NDArray[np.int32]) -> None:
-        """Counts a beam where it passed, and where it ended."""
-        count = max(2, math.ceil(2 * HALF_BEAM * beam.range / self._side))
-        ring = _sector(beam, count)
-        # OpenCV's pixels are at whole numbers: a cell's middle is one.
-        pixels = np.rint((ring - self._low) / self._side - 0.5).astype(np.int32)
-        mask = np.zeros(self._shape, np.uint8)
-        cv2.fillPoly(mask, [pixels], 1)
-        at_end = np.zeros(self._shape, np.uint8)
-        cv2.polylines(at_end, [pixels[1:]], False, 1)
-        ended = at_end.view(np.bool_)
-        passes += mask.view(np.bool_) & ~ended
-        if beam.echo:
-            hits += ended

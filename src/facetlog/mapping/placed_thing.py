@@ -69,6 +69,8 @@ class PlacedThing:
     said: tuple[Said, ...] = ()
     triangles: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)), compare=False)
     """Triangles (n, 3, 3) that fill its faces, counter-clockwise from outside."""
+    place: int = 0
+    """The number of the place of an explored area at which it was looked at; 0 of no such one."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "common", frozen(self.common, 3, 3))

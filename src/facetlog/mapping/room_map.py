@@ -2,26 +2,26 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError, InputError
 from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
+from facetlog.mapping.place import thing_at
 from facetlog.mapping.placed_thing import PlacedThing, placed_things
 from facetlog.mapping.same_thing import Clash, MappedThing, merged
-from facetlog.mapping.visit import Visit, check_aligned, grouped_views, read_visit
-from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.mapping.visit import Look, Visit, check_aligned, grouped_views, read_visit
+from facetlog.perception.scene import SeenLattice
 from facetlog.perception.step_clock import StepClock
 from facetlog.robot.collecting.record import LOG_FILE, Taken
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.perception.reading.read_views import ViewSet
-    from facetlog.pipeline import Progress
+    from facetlog.pipeline import Progress, Recognised
 
-__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "scene_part"]
+__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_part"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,12 +53,14 @@ def map_of(
     *,
     side: float = RESOLUTION,
     aligned: bool = False,
+    area: tuple[float, float, float, float] | None = None,
     progress: "Progress | None" = None,
 ) -> RoomMap:
     """The map of what collections' folders hold; `side` is that of a cell of the floor, metres.
 
-    With `aligned` their worlds count as one though nobody said so. InputError for a folder that is
-    no collection's, or where worlds are not known to be one.
+    Its floor is that of an `area` (x and y of its lowest corner, width, height), or of all that was
+    seen. With `aligned` their worlds count as one though nobody said so. InputError for a folder
+    that is no collection's, or where worlds are not known to be one.
     """
     visits = [_visit(folder) for folder in dict.fromkeys(folders)]
     if not aligned:
@@ -70,14 +72,20 @@ def map_of(
         sets = grouped_views(visit)
         if not sets:
             notes.append(f"{visit.folder} has too few views to find a face in")
-        for number, view_set in enumerate(sets, start=1):
+        for number, look in enumerate(sets, start=1):
             if progress is not None:
                 progress(f"scenes of {name}", number, len(sets))
             try:
-                parts.append(scene_part(view_set, name, base))
+                part = scene_part(look, name, base)
             except FacetlogError as exc:
                 notes.append(f"{visit.folder}: {exc}")
-    return mapped_room(visits, names, parts, side=side, notes=notes)
+                continue
+            if look.place is not None:
+                # What else its pictures show from afar has views of its own.
+                own = thing_at(look.place, part.things)
+                part = replace(part, things=() if own is None else (own,))
+            parts.append(part)
+    return mapped_room(visits, names, parts, side=side, area=area, notes=notes)
 
 
 def mapped_room(
@@ -109,12 +117,16 @@ def mapped_room(
     )
 
 
-def scene_part(view_set: "ViewSet", visit: str, base: "KnowledgeBase") -> ScenePart:
-    """What the views of one set give to a map; FacetlogError where they make no scene."""
+def scene_part(look: Look, visit: str, base: "KnowledgeBase") -> ScenePart:
+    """What the views of one place give to a map; FacetlogError where they make no scene."""
     from facetlog.pipeline import recognize_views
 
-    found = recognize_views(view_set, base=base, clock=StepClock())
-    errors = view_set.pose_errors
+    return part_of(recognize_views(look.views, base=base, clock=StepClock()), look, visit)
+
+
+def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
+    """What the scene of one place gives to a map."""
+    errors = look.errors
     return ScenePart(
         placed_things(
             found.scene,
@@ -123,12 +135,8 @@ def scene_part(view_set: "ViewSet", visit: str, base: "KnowledgeBase") -> SceneP
             () if errors is None else errors.poses,
             None if errors is None else errors.covariances,
         ),
-        _ground(found.scene),
+        found.scene.seen_ground,
     )
-
-
-def _ground(scene: Scene) -> tuple[SeenLattice, ...]:
-    return scene.seen_ground
 
 
 def _visit(folder: Path) -> Visit:

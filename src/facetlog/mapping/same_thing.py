@@ -60,10 +60,37 @@ class Clash:
 def distance(one: PlacedThing, other: PlacedThing) -> float:
     """The Mahalanobis distance of two things' poses (x, y, heading), with their headings as near
     as what looks the same allows.
-
-    Errors that both have in common would make it larger; they are counted twice.
     """
-    return _distance(_apart(one, other), one.cov + other.cov)
+    return _distance(_apart(one, other), _cov_apart(one, other))
+
+
+def _told_apart(one: PlacedThing, other: PlacedThing) -> bool:
+    """Whether they were looked at on one visit at two places (place.py)."""
+    return one.source[0] == other.source[0] and 0 not in {
+        one.place,
+        other.place,
+        one.place - other.place,
+    }
+
+
+def _cov_apart(one: PlacedThing, other: PlacedThing) -> FloatArray:
+    """The covariance (3, 3) of how far two estimates of one thing's pose are apart.
+
+    Those of two visits are independent, or else nearer: errors that both have in common are counted
+    twice. Within a visit where the robot was is off by what it had driven: the later estimate is
+    off as the earlier one, and by what came between. P₂ = F P₁ Fᵀ + Q, and F takes the earlier
+    error of the thing to the later one, so Q is the difference of both.
+    """
+    if one.source[0] != other.source[0]:
+        return np.asarray(one.cov + other.cov)
+    own: FloatArray = one.box.cov[:3, :3] + other.box.cov[:3, :3]
+    if _told_apart(one, other):
+        return own
+    values, vectors = np.linalg.eigh(other.common - one.common)
+    if values.sum() < 0:
+        values = -values
+    between = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(own + between)
 
 
 def merged(
@@ -127,6 +154,8 @@ def _distance(apart: FloatArray, cov: FloatArray) -> float:
 
 def _is_same(one: PlacedThing, other: PlacedThing) -> bool:
     """Whether both may be estimates of one pose and one size."""
+    if _told_apart(one, other):
+        return False
     gate = math.sqrt(float(chi2.ppf(GATE_SHARE, 3)))
     return _alike(one, other) and distance(one, other) <= gate
 
@@ -153,7 +182,7 @@ def _shared(one: PlacedThing, other: PlacedThing) -> float:
 
     Each is as much larger as it is unsure where it is: of a sheet there would be nothing.
     """
-    reach = REACH_SDS * math.sqrt(float((one.cov + other.cov)[:2, :2].trace()) / 2)
+    reach = REACH_SDS * math.sqrt(float(_cov_apart(one, other)[:2, :2].trace()) / 2)
     reach = max(reach, float(np.finfo(np.float32).eps))
     plans = [thing.plan.buffer(reach, quad_segs=2) for thing in (one, other)]
     in_plan = shapely.area(shapely.intersection(*plans)) / min(shapely.area(p) for p in plans)

@@ -1,7 +1,7 @@
 """What a robot's sonars measured during a collection, from the log of its traffic."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -11,9 +11,10 @@ from facetlog.regular_file import read_regular_text
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.replay import replay, replayed_states
+from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Beam", "Driven", "driven"]
+__all__ = ["Beam", "Driven", "driven", "new_beams"]
 
 FARTHEST = 5.0
 """Metres; what a sonar reports where nothing echoes (Pioneer 2 manual)."""
@@ -69,16 +70,26 @@ def _beams(path: Path, session: int, start: Pose2, opened: list[Connected]) -> I
     known: dict[int, float] = {}
     for state in replayed_states(replay(path, session), connected=opened.append):
         robot = start.compose(state.pose)
-        for sonar in state.sonars:
-            place = sonar.place
-            if place is None or known.get(sonar.index) == sonar.at:
-                continue
-            known[sonar.index] = sonar.at
-            if sonar.range < NEAREST:
-                continue
-            at = robot.compose(Pose2(place.x, place.y, place.heading))
-            farthest = sonar.range >= FARTHEST
-            yield Beam(at.x, at.y, at.heading, min(sonar.range, FARTHEST), not farthest)
+        yield from new_beams(robot, state.sonars, known)
+
+
+def new_beams(
+    robot: Pose2, sonars: Iterable[SonarRange], known: dict[int, float]
+) -> Iterator[Beam]:
+    """The beams of what sonars measured since they were last asked, of a robot in the world.
+
+    `known` are the times of what was known of each, by its number; it is brought up to date.
+    """
+    for sonar in sonars:
+        place = sonar.place
+        if place is None or known.get(sonar.index) == sonar.at:
+            continue
+        known[sonar.index] = sonar.at
+        if sonar.range < NEAREST:
+            continue
+        at = robot.compose(Pose2(place.x, place.y, place.heading))
+        farthest = sonar.range >= FARTHEST
+        yield Beam(at.x, at.y, at.heading, min(sonar.range, FARTHEST), not farthest)
 
 
 def _sessions(path: Path, starts: tuple[tuple[float, Pose2], ...]) -> Iterator[tuple[int, Pose2]]:

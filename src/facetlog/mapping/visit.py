@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import InputError
+from facetlog.mapping.place import Place, places_of
 from facetlog.mapping.sonar_beams import Driven, driven
 from facetlog.mapping.view_groups import view_groups
 from facetlog.perception.fewest_views import FEWEST_VIEWS
@@ -22,8 +23,17 @@ from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.perception.types import PoseErrors
 
-__all__ = ["START_STATED", "Visit", "check_aligned", "grouped_views", "read_visit"]
+__all__ = [
+    "START_STATED",
+    "Look",
+    "Visit",
+    "check_aligned",
+    "chosen_views",
+    "grouped_views",
+    "read_visit",
+]
 
 START_STATED = "start_stated"
 """Of a run's first line in collect.jsonl: whether the user said where the robot stood."""
@@ -44,6 +54,8 @@ class Visit:
     way: tuple[Pose2, ...]
     stated: bool
     driven: Driven = NOT_LOGGED
+    places: tuple[Place, ...] = ()
+    """Of an area that was explored."""
 
     @property
     def name(self) -> str:
@@ -64,6 +76,7 @@ def read_visit(folder: Path) -> Visit:
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
         driven(folder, tuple(_start(run, folder) for run in runs)),
+        places_of(lines),
     )
 
 
@@ -101,25 +114,60 @@ def check_aligned(visits: Sequence[Visit]) -> None:
     )
 
 
-def grouped_views(visit: Visit) -> "tuple[ViewSet, ...]":
-    """The views that look at one place each (view_groups.py), with their poses corrected by the
-    pictures, in the order in which they were taken. InputError if they cannot be read.
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """Views that look at one place, with their poses corrected by the pictures, which are as sure
+    as beside the first of them; `errors` are those in the world, and `place` is which it is, if the
+    collection says it.
     """
-    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+
+    views: "ViewSet"
+    errors: "PoseErrors | None"
+    place: Place | None = None
+
+
+def grouped_views(visit: Visit) -> tuple[Look, ...]:
+    """The views that look at one place each, as the collection says or by view_groups.py, in the
+    order in which they were taken. InputError if they cannot be read.
+    """
     from facetlog.perception.reading.read_views import read_views
 
     found = read_views(visit.folder / TRANSFORMS_FILE)
-    groups = view_groups([view.pose for view in found.views])
-    sets = []
-    for number, chosen in enumerate(groups, start=1):
-        if len(chosen) < FEWEST_VIEWS:
+    groups = _groups(visit, found)
+    looks = []
+    for number, own in enumerate(groups, start=1):
+        if len(own) < FEWEST_VIEWS:
             continue
-        errors = found.pose_errors
-        part = replace(
-            found,
-            name=found.name if len(groups) == 1 else f"{found.name}-{number}",
-            views=tuple(found.views[k] for k in chosen),
-            pose_errors=None if errors is None else errors.of(chosen),
-        )
-        sets.append(part if part.pose_errors is None else with_refined_poses(part))
-    return tuple(sets)
+        name = found.name if len(groups) == 1 else f"{found.name}-{number}"
+        look = chosen_views(found, own, name)
+        looks.append(replace(look, place=visit.places[number - 1] if visit.places else None))
+    return tuple(looks)
+
+
+def _groups(visit: Visit, found: "ViewSet") -> tuple[tuple[int, ...], ...]:
+    """The views (indices) of each group: as the collection says, else as they look."""
+    if not visit.places:
+        return view_groups([view.pose for view in found.views])
+    index = {view.name: k for k, view in enumerate(found.views)}
+    return tuple(
+        tuple(sorted(index[name] for name in place.names if name in index))
+        for place in visit.places
+    )
+
+
+def chosen_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
+    """Some of the views (indices), under a name."""
+    from facetlog.mapping.anchored import covariances_beside_first
+    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+
+    views = tuple(found.views[k] for k in chosen)
+    if found.pose_errors is None:
+        return Look(replace(found, name=name, views=views), None)
+    errors = found.pose_errors.of(chosen)
+    covs = covariances_beside_first(errors.poses, errors.covariances)
+    beside = tuple(
+        view if view.pose_cov is None else replace(view, pose_cov=cov)
+        for view, cov in zip(views, covs, strict=True)
+    )
+    part = replace(found, name=name, views=beside, pose_errors=replace(errors, covariances=covs))
+    return Look(with_refined_poses(part), errors)

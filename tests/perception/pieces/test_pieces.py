@@ -150,10 +150,14 @@ def test_legs_that_are_known_as_edges_alone_are_bars() -> None:
     assert all(share == 0.0 for _, share in rows["piece_round"])
 
 
-def test_an_edge_with_room_for_a_single_point_is_as_long_as_a_cell() -> None:
-    solid = np.zeros((4, 4, 4), dtype=bool)
-    solid[1:3, 1:3, 1:3] = True
-    grid = Grid(Lattice(1.0, np.eye(3), np.zeros(3), solid.shape), solid, solid)
-    edge = np.full((1, 2, 3), 1.5)
-    (piece,) = find_pieces(grid, (), np.zeros((0, 3)), edge).pieces
-    assert piece.length.value == pytest.approx(1.0)
+def test_a_solid_part_in_which_an_edge_merely_ends_is_a_piece_along_the_grid() -> None:
+    solid = np.zeros((9, 3, 3), np.bool_)
+    solid[:3] = solid[6:] = True
+    grid = Grid(Lattice(0.1, np.eye(3), np.zeros(3), solid.shape), solid, solid)
+    # An edge from inside of one part to the rim of the other: one point of it lies in that.
+    edge = np.array([[[0.15, 0.15, 0.15], [0.61, 0.15, 0.15]]])
+    found = find_pieces(grid, (), np.zeros((0, 3)), edge)
+    assert len(found.pieces) == 2
+    for piece in found.pieces:
+        assert np.isfinite([piece.length.value, piece.width.value, piece.thickness.value]).all()
+        assert np.abs(np.linalg.det(piece.axes)) == pytest.approx(1.0)

@@ -1,0 +1,367 @@
+"""Explores an area: sonars find what stands there, pictures settle what it is.
+
+Where most of the sonars' beams end something stands: a place to look at. The nearest one is looked
+at first, from rings round it that can be reached over known floor, by the choice of views for one
+target (explorer.py). Where no place is left that can be looked at, the robot goes to where most of
+the unseen floor shows a second, until none of it can be reached.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from facetlog.counted import many
+from facetlog.exploring.area_floor import (
+    CLEARANCE,
+    LEAST_FLOOR,
+    SIDE,
+    Area,
+    AreaFloor,
+    KeptOff,
+)
+from facetlog.exploring.area_groups import Group, Rings
+from facetlog.exploring.explorer import Explorer
+from facetlog.exploring.floor_ways import FloorWays
+from facetlog.exploring.needs import Interest
+from facetlog.exploring.on_the_way import arriving, view_on_the_way
+from facetlog.exploring.unseen_floor import best_sweep, shown_from
+from facetlog.mapping.place import OVERHANG, Place, places_of, thing_at
+from facetlog.mapping.placed_thing import pose_covariance_at
+from facetlog.mapping.room_map import ScenePart
+from facetlog.mapping.same_thing import MappedThing, merged
+from facetlog.mapping.visit import Visit
+from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.types import FloatArray
+from facetlog.robot.collecting.next_stop import EXPLORED, Around, Chosen, Finished, place_sd
+from facetlog.robot.collecting.record import Taken
+from facetlog.robot.collecting.ring_views import PLACES
+from facetlog.robot.collecting.route import Point, Route
+from facetlog.robot.pioneer.state import SonarRange
+from facetlog.robot.pose2 import Pose2
+from facetlog.view_verdicts import ViewVerdict
+
+__all__ = ["AreaExplorer", "AreaJudge"]
+
+MOST_OF_A_PLACE = 12
+"""Views of one place at most: half of the paper's tour."""
+# How far a sweep looks, m: as far as an echo counts; beams that pass go on.
+SWEEP = 2.3
+# Of the views on both rings so many can be reached before a place is looked at, as long as there is
+# unseen floor to go to: half of the inner one.
+ENOUGH = PLACES // 2
+# Where it gets to no place at all, it turns on the spot by a quarter, once round.
+QUARTER, QUARTERS = math.pi / 2, 3
+
+AreaJudge: TypeAlias = Callable[[tuple[str, ...], Interest], tuple[ViewVerdict, ScenePart]]
+"""What the views of these names show: the verdict with what is undecided, and things in the world.
+All things are of one visit."""
+
+
+class AreaExplorer:
+    """Chooses views until no floor of the area that is unseen can be reached, and no verdict on
+    what stands there can change any more.
+    """
+
+    def __init__(
+        self, judge: AreaJudge, area: Area, *, most: int, of_a_place: int = MOST_OF_A_PLACE
+    ) -> None:
+        self._judge, self._most, self._of_a_place = judge, most, of_a_place
+        self.area = area
+        self.floor = AreaFloor(area)
+        self.groups: list[Group] = []
+        self.reached = False
+        """Whether it ended by itself."""
+        self._said: list[str] = []
+        self._sent: tuple[str, int] | None = None
+        self._quarters = 0
+        self._swept: Point | None = None
+
+    @property
+    def most(self) -> int:
+        """The most views of the whole collection."""
+        return self._most
+
+    @property
+    def things(self) -> tuple[MappedThing, ...]:
+        """The things found so far, each once."""
+        return merged(group.thing for group in self.groups if group.thing is not None)[0]
+
+    def heard(self, place: Pose2, sonars: Sequence[SonarRange]) -> None:
+        """Takes what the sonars said of the robot at a place."""
+        self.floor.heard(place, sonars)
+
+    def resume(self, lines: Sequence[Mapping[str, object]], visit: Visit) -> None:
+        """Takes up a collection: the choices so far by the lines of its collect.jsonl, which are
+        judged again, and what was heard and driven.
+        """
+        for pose in visit.way:
+            self.floor.moved(pose)
+        self.floor.add(visit.driven.beams)
+        taken = visit.taken
+        there = {view.name for view in taken}
+        ended = {str(k): str(v) for line in lines for k, v in _mapping(line.get("ended")).items()}
+        for place in places_of(lines):
+            group = self._add_group(np.array([place.x, place.y]), place.reach)
+            group.names = [name for name in place.names if name in there]
+            own = group.taken(taken)
+            if len(own) >= FEWEST_VIEWS:
+                target = np.array([*group.target, 0.0])
+                centres = np.array([view.pose.centre for view in own])
+                self._judged(group, Interest(target, group.reach + OVERHANG, centres))
+            if str(group.number) in ended:
+                self._end(group, ended[str(group.number)])
+
+    def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
+        """The next stop after the views `taken`, or why there is none."""
+        here = around.here
+        self.floor.begin((here.x, here.y))
+        self._said = []
+        self._sort(taken)
+        number = 1 + max((view.number for view in taken), default=0)
+        ended: dict[str, str] = {}
+        while True:
+            kept = self.kept_off(taken)
+            ways = self.floor.ways((here.x, here.y), around.body, kept, around.reach.closed)
+            group = self._active()
+            full = len(taken) >= self._most
+            if group is None and full:
+                why = f"there are {len(taken)} views, as many as --max-views allows"
+                return self._finished(why, around, kept, ended)
+            if not taken:
+                # Sonars are heard while it moves or stands to take a picture.
+                return self._on_the_way(here, ((here.x, here.y),) * 2, number, around, "first look")
+            group = group or self._next_group(around, ways, kept, number, ENOUGH)
+            if group is None:
+                sweep = self._next_sweep(around, ways, kept, number)
+                if sweep is not None:
+                    return self._told(sweep, ended)
+                group = self._next_group(around, ways, kept, number, FEWEST_VIEWS)
+                group = group or self._again(around, ways, taken, number)
+                if group is None:
+                    return self._finished("", around, kept, ended)
+            found = self._view_of(group, around, ways, taken, number)
+            if isinstance(found, Chosen) and not full:
+                return self._told(found, ended)
+            why = "the views are all taken" if isinstance(found, Chosen) else found.reason
+            self._end(group, why)
+            group.offered = len(self._rings(group, around, ways, taken).candidates(number))
+            ended[str(group.number)] = why
+
+    def _sort(self, taken: Sequence[Taken]) -> None:
+        """Takes the view that came to its group."""
+        if self._sent is None or not taken:
+            return
+        name, number = self._sent
+        if taken[-1].name != name:
+            return
+        self._sent = None
+        self._quarters = self._quarters if number == 0 and self._swept is None else 0
+        if number:
+            self.groups[number - 1].names.append(name)
+
+    def _active(self) -> Group | None:
+        return next((group for group in self.groups if not group.ended), None)
+
+    def kept_off(self, taken: Sequence[Taken]) -> tuple[KeptOff, ...]:
+        """The plans of things, and how far off they are by what the robot drove since."""
+        found = []
+        for thing in self.things:
+            sd = 0.0
+            if taken:
+                last, best = taken[-1], thing.best
+                at = np.array([*best.pose[:2], best.high.value / 2])
+                now = pose_covariance_at(at, [last.pose], last.covariance[None])
+                sd = place_sd(now - best.common)
+            found.append(KeptOff(thing.best.plan, sd))
+        return tuple(found)
+
+    def _beside(self, group: Group, around: Around) -> float:
+        """How far the robot's middle keeps off what is at a group's place, m."""
+        return around.body + (OVERHANG if group.thing is None else CLEARANCE)
+
+    def _rings(
+        self, group: Group, around: Around, ways: FloorWays, taken: Sequence[Taken]
+    ) -> Rings:
+        first = group.taken(taken)[:1]
+        begin = first[0].pose.centre if first else None
+        off = self._beside(group, around)
+        return Rings.of(group.place, group.thing, around, ways, off, begin)
+
+    def _next_group(
+        self,
+        around: Around,
+        ways: FloorWays,
+        kept: Sequence[KeptOff],
+        number: int,
+        least: int,
+    ) -> Group | None:
+        """The place with an echo of which a view is nearest in time, of those of which so many
+        views can be taken.
+        """
+        best: tuple[float, FloatArray, float] | None = None
+        for echo in self.floor.echoes(around.body, kept):
+            x, y = echo.middle.tolist()
+            place, off = Place(0, x, y, echo.reach), around.body + OVERHANG
+            views = Rings.of(place, None, around, ways, off).candidates(number)
+            if len(views) < least:
+                continue
+            seconds = min(round(each.seconds, 9) for each in views)
+            if seconds < (math.inf if best is None else best[0]):
+                best = seconds, echo.middle, echo.reach
+        if best is None:
+            return None
+        group = self._add_group(best[1], best[2])
+        self._said.append(f"place {group.number} at {_at(group.target)} is looked at: echoes there")
+        return group
+
+    def _add_group(self, target: FloatArray, reach: float) -> Group:
+        number = len(self.groups) + 1
+
+        def judge(_: int, interest: Interest) -> ViewVerdict:
+            return self._judged(self.groups[number - 1], interest)
+
+        explorer = Explorer(judge, most=self._of_a_place, most_by="one place gets")
+        group = Group(number, target, reach, explorer)
+        self.groups.append(group)
+        return group
+
+    def _judged(self, group: Group, interest: Interest) -> ViewVerdict:
+        verdict, part = self._judge(tuple(group.names), interest)
+        group.thing = thing_at(group.place, part.things)
+        return verdict
+
+    def _view_of(
+        self,
+        group: Group,
+        around: Around,
+        ways: FloorWays,
+        taken: Sequence[Taken],
+        number: int,
+    ) -> Chosen | Finished:
+        """The next view of a place, or why it gets none."""
+        own = group.taken(taken)
+        rings = self._rings(group, around, ways, taken)
+        found = group.explorer.next_stop(rings, own, number)
+        if isinstance(found, Finished):
+            self._said += found.said
+            if len(own) < FEWEST_VIEWS:
+                reason = "no further view of it can be reached over floor that is known"
+                return replace(found, reason=reason)
+            return found
+        said = tuple(f"place {group.number}: {line}" for line in found.said)
+        self._sent = found.stop.view.name, group.number
+        return replace(found, line={**found.line, **group.place.to_json()}, said=said)
+
+    def _end(self, group: Group, why: str) -> None:
+        """No more views of a place; where they brought no new thing it is not asked for again."""
+        group.ended = why
+        self._said.append(f"place {group.number} at {_at(group.target)} is done: {why}")
+        things = [g.thing for g in self.groups if g.thing is not None and g is not group]
+        known = group.thing is not None and len(merged([*things, group.thing])[0]) == len(
+            merged(things)[0]
+        )
+        if group.thing is None or known:
+            off = self.floor.lattice.away((float(group.target[0]), float(group.target[1])))
+            self.floor.asked |= off <= group.reach + _beside_what_was_asked(group)
+
+    def _again(
+        self, around: Around, ways: FloorWays, taken: Sequence[Taken], number: int
+    ) -> Group | None:
+        """A place of which more views can be reached than when it ended: once more."""
+        for group in self.groups:
+            if group.settled or group.retried:
+                continue
+            offered = len(self._rings(group, around, ways, taken).candidates(number))
+            if offered < group.offered + FEWEST_VIEWS:
+                continue
+            group.retried, group.ended = True, ""
+            return group
+        return None
+
+    def _next_sweep(
+        self, around: Around, ways: FloorWays, kept: Sequence[KeptOff], number: int
+    ) -> Chosen | None:
+        """Where most unseen floor shows a second; where nothing can be reached, a quarter turn."""
+        here, floor = around.here, self.floor
+        stopped = floor.echoed(around.body) | floor.beside(kept)
+        if self._swept is not None:
+            floor.given_up |= shown_from(self._swept, stopped, floor.lattice, SWEEP)
+            self._swept = None
+        worth = floor.worth(around.body, kept)
+        sweep = best_sweep(
+            worth,
+            stopped,
+            ways,
+            floor.lattice,
+            here,
+            around.pace,
+            reach=SWEEP,
+            least=LEAST_FLOOR,
+        )
+        if sweep is None:
+            left = worth.sum() * SIDE**2 >= LEAST_FLOOR or floor.echoes(around.body, kept)
+            if self._quarters == QUARTERS or not left:
+                return None
+            self._quarters += 1
+            turned = Pose2(here.x, here.y, here.heading + QUARTER)
+            spot = ((here.x, here.y),) * 2
+            return self._on_the_way(turned, spot, number, around, "looks about on the spot")
+        route = ways.route_to(sweep.place)
+        assert route is not None  # noqa: S101 - the place is one of those that can be reached
+        self._swept = sweep.place
+        why = f"unseen floor and echoes from afar, worth {sweep.floor:.1f} m², show from there"
+        return self._on_the_way(arriving(route, here), route, number, around, why)
+
+    def _on_the_way(
+        self, there: Pose2, route: Route, number: int, around: Around, why: str
+    ) -> Chosen:
+        found = view_on_the_way(there, route, number, around.reach, why)
+        self._sent = found.stop.view.name, 0
+        return found
+
+    def _told(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
+        """A choice with what was said before it, and which places came to their end."""
+        line = {**found.line, **({"ended": dict(ended)} if ended else {})}
+        return replace(found, line=line, said=(*self._said, *found.said))
+
+    def _finished(
+        self, why: str, around: Around, kept: Sequence[KeptOff], ended: Mapping[str, str]
+    ) -> Finished:
+        self.reached = not why
+        floor, radius = self.floor, around.body
+        unseen = floor.area_of(floor.unseen(radius, kept))
+        left = floor.echoes(radius, kept)
+        open_ = [g for g in self.groups if not g.settled and g.thing is not None]
+        done = why or "no unseen floor of the area can be reached, and no verdict can change"
+        parts = [done, f"{many(len(self.things), 'thing')} found"]
+        parts.append(f"{unseen:.1f} of {self.area[2] * self.area[3]:.1f} m² of floor not looked at")
+        if nothing := [g for g in self.groups if g.thing is None]:
+            at = " and ".join(_at(each.target) for each in nothing)
+            parts.append(f"nothing is found at {at}, where something echoes")
+        if open_:
+            parts.append(f"{many(len(open_), 'verdict')} still open")
+        if left:
+            places = " and ".join(_at(each.middle) for each in left)
+            lack = "not looked at yet" if why else "of which no view can be reached"
+            parts.append(f"echoes at {places}, {lack}")
+        reason = "; ".join(parts)
+        line: dict[str, object] = {"result": EXPLORED, "reason": reason, "undecided": []}
+        if ended:
+            line["ended"] = dict(ended)
+        return Finished(reason, line, tuple(self._said))
+
+
+def _beside_what_was_asked(group: Group) -> float:
+    """How far beside a place that was looked at echoes are those of the place, m."""
+    return SIDE if group.thing is None else OVERHANG / 2
+
+
+def _at(place: FloatArray) -> str:
+    return f"{float(place[0]):.2f}, {float(place[1]):.2f} m"
+
+
+def _mapping(value: object) -> Mapping[str, object]:
+    return value if isinstance(value, dict) else {}

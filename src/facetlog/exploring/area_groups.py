@@ -1,0 +1,143 @@
+"""Places of an area that are looked at, each with views of its own, and what they showed."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from facetlog.exploring.explorer import Explorer
+from facetlog.exploring.floor_ways import FloorWays
+from facetlog.mapping.anchored import covariances_beside_first
+from facetlog.mapping.place import Place
+from facetlog.mapping.placed_thing import PlacedThing
+from facetlog.perception.types import FloatArray
+from facetlog.robot.collecting.next_stop import Around, reach_of_mount
+from facetlog.robot.collecting.plan import Reach
+from facetlog.robot.collecting.record import Taken
+from facetlog.robot.collecting.ring_views import Candidate, bearing, turns_along
+from facetlog.robot.collecting.route import route_length
+
+__all__ = ["Group", "Rings", "reach_of"]
+
+# How far off views are taken beyond the outermost point, for the height of the pinhole: the paper's
+# tour sees its block so steeply, and a thing of a metre is whole in the picture.
+AWAY_PER_HEIGHT = 0.83
+# Room between the inner ring and what the robot's middle keeps out of, m: how far its stops may be
+# off, and a cell.
+ROOM = 0.15
+# What is looked at first of a thing of which only an echo is known: a share of the pinhole's
+# height, at which pictures show the floor before it and its top.
+AIMED_AT = 0.25
+
+
+@dataclass(eq=False, slots=True)
+class Group:
+    """A place that is looked at: its number, `target` (2,) and how far what is there reaches, m.
+
+    `names` are its views, `thing` is what they show there, `ended` says why there are no more: then
+    so many views were `offered`, as could be reached. It is `settled` where its verdict cannot
+    change.
+    """
+
+    number: int
+    target: FloatArray
+    reach: float
+    explorer: Explorer
+    names: list[str] = field(default_factory=list)
+    thing: PlacedThing | None = None
+    ended: str = ""
+    offered: int = 0
+    retried: bool = False
+
+    @property
+    def settled(self) -> bool:
+        """Whether its verdict is."""
+        return self.explorer.settled
+
+    def taken(self, views: Sequence[Taken]) -> tuple[Taken, ...]:
+        """Its views, whose poses are as sure as beside the first of them."""
+        own = [view for view in views if view.name in set(self.names)]
+        covs = np.array([view.covariance for view in own]).reshape(-1, 6, 6)
+        beside = covariances_beside_first([view.pose for view in own], covs)
+        return tuple(replace(view, covariance=cov) for view, cov in zip(own, beside, strict=True))
+
+    @property
+    def place(self) -> Place:
+        """As collect.jsonl and the map have it."""
+        x, y = self.target.tolist()
+        return Place(self.number, x, y, self.reach, tuple(self.names))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rings:
+    """The views of a group's target from rings round it, by ways over known floor."""
+
+    around: Around
+    ways: FloorWays
+
+    @property
+    def target(self) -> FloatArray:
+        """What is looked at (3,)."""
+        return self.around.target
+
+    @property
+    def radius(self) -> float:
+        """That of the inner ring, m."""
+        return self.around.radius
+
+    @property
+    def reach(self) -> Reach:
+        """Mount, head and camera."""
+        return self.around.reach
+
+    @classmethod
+    def of(
+        cls,
+        place: Place,
+        thing: PlacedThing | None,
+        around: Around,
+        ways: FloorWays,
+        beside: float,
+        begin: FloatArray | None = None,
+    ) -> "Rings":
+        """Those of a place, round the thing if one is known; the robot's middle keeps `beside` (m)
+        off what is there. They begin at the bearing of `begin` (2 or more,), else of the robot.
+        """
+        mount, here = around.reach.mount, around.here
+        if thing is None:
+            target, out = np.array([place.x, place.y, AIMED_AT * mount.z]), place.reach
+        else:
+            target, out = np.array([*thing.pose[:2], thing.high.value / 2]), reach_of(thing)
+        off = max(beside + ROOM + reach_of_mount(mount), AWAY_PER_HEIGHT * mount.z)
+        rings = replace(
+            around,
+            target=target,
+            radius=out + off,
+            first=bearing(target, (here.x, here.y) if begin is None else begin),
+            reach=replace(around.reach, closed=()),
+        )
+        return cls(rings, ways)
+
+    def candidates(self, number: int) -> tuple[Candidate, ...]:
+        """Those that can be reached, as view `number`: by a way no longer than half round the inner
+        ring, for odometry drifts, and what lies between is known sooner from elsewhere.
+        """
+        found = []
+        pace, here = self.around.pace, self.around.here
+        for each in self.around.candidates(number):
+            there = each.stop.robot
+            route = self.ways.route_to((there.x, there.y))
+            if route is None or route_length(route) > math.pi * self.radius:
+                continue
+            way, turns = route_length(route), turns_along(route, here, there)
+            longer = (way - each.way) / pace.speed + (turns - each.turns) / pace.turning
+            stop = replace(each.stop, route=route)
+            seconds = each.seconds + longer
+            found.append(replace(each, stop=stop, way=way, turns=turns, seconds=seconds))
+        return tuple(found)
+
+
+def reach_of(thing: PlacedThing) -> float:
+    """From the middle of a thing's plan to its farthest point, m."""
+    return float(np.linalg.norm(thing.outline - thing.pose[:2], axis=1).max())

@@ -1,0 +1,209 @@
+"""A robot that explores an area in simulated time: what it finds, and that it touches nothing."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.exploring.area import AreaExplorer, AreaJudge
+from facetlog.exploring.needs import Interest
+from facetlog.mapping.placed_thing import PlacedThing
+from facetlog.mapping.room_map import ScenePart
+from facetlog.mapping.visit import read_visit
+from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.mount import DEFAULT_MOUNT
+from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, ChosenStops
+from facetlog.robot.collecting.plan import Reach
+from facetlog.robot.collecting.record import Record, read_log, read_record
+from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.session import Ended, Rig, collect
+from facetlog.robot.collecting.steering import Pace
+from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.pose2 import Pose2
+from facetlog.view_verdicts import ViewVerdict
+from tests.exploring.explorations import OPTICS, ROBOT, Heard, Seeing, led, log_of, picture
+from tests.mapping.rooms import box_thing
+from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead
+
+AREA = (0.0, 0.0, 6.0, 5.0)
+START = Pose2(1.0, 1.0, 0.4)
+THINGS = (Circle(3.2, 1.4, 0.15), Circle(3.8, 3.6, 0.2))
+PACE = Pace(speed=0.4, turning=math.radians(60.0))
+
+
+def _judge(things: Sequence[Circle], asked: list[tuple[str, ...]] | None = None) -> AreaJudge:
+    """Says of the thing that is nearest to what is looked at that it is a sure box."""
+
+    def judge(names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        if asked is not None:
+            asked.append(names)
+        near = [t for t in things if math.dist((t.x, t.y), interest.target[:2]) < 1.0]
+        found: tuple[PlacedThing, ...] = tuple(
+            box_thing(t.x, t.y, 0.0, (2 * t.radius, 2 * t.radius, 0.3), visit="area") for t in near
+        )
+        return ViewVerdict(len(names), needs=led(1.0) if near else None), ScenePart(found, ())
+
+    return judge
+
+
+class Area:
+    """A robot in an area with things, and all that belongs to it."""
+
+    def __init__(
+        self,
+        folder: Path,
+        explorer: AreaExplorer,
+        things: tuple[Circle, ...] = THINGS,
+        *,
+        start: Pose2 = START,
+        resume: bool = False,
+    ) -> None:
+        self.robot = Seeing(start, things)
+        head = FakeHead(self.robot)
+        camera = FakeCamera(self.robot, head, picture)
+        reach = Reach(DEFAULT_MOUNT, SONY, OPTICS.camera)
+        self.around = Around(np.zeros(3), 0.0, 0.0, reach, PACE, start, ROBOT.radius)
+        base = MobileBase(
+            self.robot,
+            start,
+            pace=PACE,
+            heard=explorer.heard,
+            body=Body(ROBOT.radius, ROBOT.width),
+        )
+        rig = Rig(base, head, camera, OPTICS, reach, start, 1.7e9)
+        about = {
+            "tour": "area",
+            "start": [start.x, start.y, math.degrees(start.heading)],
+            "area": list(AREA),
+            "explore": self.around.to_json(),
+        }
+        taken = read_record(folder)[1] if resume else ()
+        lines = read_log(folder) if resume else ()
+        self.record = Record(folder, OPTICS, about, taken, lines)
+        self.heard = Heard()
+        wide = ROBOT.radius + 0.03
+        self.stops = ChosenStops(
+            explorer,
+            self.around,
+            base,
+            self.record,
+            self.heard,
+            wide=wide,
+            detours=20,
+            drift=MOST_DRIFT,
+        )
+        self._rig = rig
+
+    def run(self) -> Ended:
+        return collect(self._rig, self.stops, self.record, self.heard, guide=self.stops)
+
+
+def test_each_thing_is_looked_at_once_and_none_is_touched(tmp_path: Path) -> None:
+    asked: list[tuple[str, ...]] = []
+    explorer = AreaExplorer(_judge(THINGS, asked), AREA, most=60)
+    area = Area(tmp_path, explorer)
+    ended = area.run()
+    assert ended.fault is None
+    assert explorer.reached
+    assert area.stops.reason.startswith("no unseen floor of the area can be reached")
+    assert "2 things found" in area.stops.reason
+    places = sorted(thing.best.pose[:2].tolist() for thing in explorer.things)
+    assert places == [pytest.approx((t.x, t.y), abs=1e-6) for t in THINGS]
+    assert area.robot.nearest > 0.0
+    x, y, width, height = AREA
+    for place in area.robot.true_path:
+        assert x < place.x < x + width
+        assert y < place.y < y + height
+    # What the map is made from: the places, each with views of its own.
+    visit = read_visit(tmp_path)
+    assert {frozenset(place.names) for place in visit.places} >= set(map(frozenset, asked[-1:]))
+    assert all(len(place.names) >= 3 for place in visit.places)
+
+
+def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Path) -> None:
+    asked: list[tuple[str, ...]] = []
+    explorer = AreaExplorer(_judge((), asked), AREA, most=60)
+    area = Area(tmp_path, explorer, ())
+    assert area.run().fault is None
+    assert explorer.reached
+    assert not asked
+    assert "0 things found; 0.0 of 30.0 m²" in area.stops.reason
+    assert len(area.record.taken) < 15
+
+
+def test_what_pictures_do_not_show_is_asked_for_once(tmp_path: Path) -> None:
+    """Something that echoes and has no face: it ends, and keeps off it."""
+    explorer = AreaExplorer(_judge(()), AREA, most=80, of_a_place=5)
+    area = Area(tmp_path, explorer, THINGS[:1])
+    assert area.run().fault is None
+    assert explorer.reached
+    assert not explorer.things
+    assert 1 <= len(explorer.groups) <= 3
+    assert area.robot.nearest > 0.0
+
+
+def test_with_as_many_views_as_are_allowed_it_says_what_is_left(tmp_path: Path) -> None:
+    explorer = AreaExplorer(_judge(THINGS), AREA, most=6)
+    area = Area(tmp_path, explorer)
+    ended = area.run()
+    assert (ended.taken, ended.fault) == (6, None)
+    assert not explorer.reached
+    assert "there are 6 views, as many as --max-views allows" in area.stops.reason
+
+
+def test_a_walled_in_robot_looks_about_and_ends(tmp_path: Path) -> None:
+    wall = tuple(
+        Circle(1.0 + 0.8 * math.cos(a), 1.0 + 0.8 * math.sin(a), 0.15)
+        for a in np.arange(0.0, math.tau, 0.3).tolist()
+    )
+    explorer = AreaExplorer(_judge(()), AREA, most=60)
+    area = Area(tmp_path, explorer, wall)
+    ended = area.run()
+    assert ended.fault is None
+    assert area.robot.nearest > 0.0
+    assert "echoes at" in area.stops.reason
+    assert "m² of floor not looked at" in area.stops.reason
+
+
+def test_a_second_run_goes_on_with_the_places_of_the_first(tmp_path: Path) -> None:
+    first = Area(tmp_path, AreaExplorer(_judge(THINGS), AREA, most=7))
+    first.run()
+    before = len(read_record(tmp_path)[1])
+    asked: list[tuple[str, ...]] = []
+    explorer = AreaExplorer(_judge(THINGS, asked), AREA, most=60)
+    explorer.resume(read_log(tmp_path), read_visit(tmp_path))
+    known = [group.place for group in explorer.groups]
+    second = Area(tmp_path, explorer, start=first.robot.true, resume=True)
+    assert second.run().fault is None
+    assert explorer.reached
+    assert "2 things found" in second.stops.reason
+    assert [group.place.reach for group in explorer.groups][: len(known)] == [
+        pytest.approx(place.reach, abs=1e-3) for place in known
+    ]
+    names = [view.name for view in read_record(tmp_path)[1]]
+    assert len(names) == len(set(names)) > before
+
+
+def test_every_choice_says_what_it_is_of_and_why(tmp_path: Path) -> None:
+    area = Area(tmp_path, AreaExplorer(_judge(THINGS), AREA, most=60))
+    area.run()
+    chosen = [line for line in log_of(tmp_path) if line.get("result") == "chosen"]
+    assert all(line["why"] and isinstance(line["looks_at"], int) for line in chosen)
+    assert {line["looks_at"] for line in chosen} >= {0, 1, 2}
+    assert any(line.startswith("place 1") and "is done" in line for line in area.heard.lines)
+
+
+def test_the_next_choice_is_told_from_the_record_alone(tmp_path: Path) -> None:
+    area = Area(tmp_path, AreaExplorer(_judge(THINGS), AREA, most=4))
+    area.run()
+    explorer = AreaExplorer(_judge(THINGS), AREA, most=60)
+    explorer.resume(read_log(tmp_path), read_visit(tmp_path))
+    lines = log_of(tmp_path)
+    around = Around.from_json(lines[0]["explore"])
+    taken = read_record(tmp_path)[1]
+    found = explorer.next_stop(replace(around, here=taken[-1].robot), taken)
+    assert isinstance(found, Chosen)
+    assert found.stop.number == 5

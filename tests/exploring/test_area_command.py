@@ -1,0 +1,92 @@
+"""`facetlog collect --explore --area`: its options, and an area of the simulated robot's world."""
+
+import json
+import math
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.robot.collecting.record import read_log, read_record
+from facetlog.robot.simulator.station import Station
+from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, read_world
+
+AREA = (-1.0, -1.6, 4.2, 3.6)
+NOBODY = ["collect", "tcp:127.0.0.1:1", "-o"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--area", "0,0,3,3"], "or --explore --area X,Y,W,H"),
+        (["--tour", "paper", "--area", "0,0,3,3"], "--area goes with --explore"),
+        (["--explore", "--area", "0,0,3"], "X,Y,WIDTH,HEIGHT (metres)"),
+        (["--explore", "--area", "0,0,3,0"], "its width and height are above 0"),
+        (["--explore", "--area", "1,1,3,3"], "does not hold the robot, which stands at 0.00, 0.00"),
+        (["--explore", "--area", "0,0,3,3", "--target", "1,1,0"], "--target does not go with"),
+        (["--explore", "--area", "0,0,3,3", "--until", "box >= 60%"], "--until does not go with"),
+        (["--explore", "--area", "0,0,3,3", "--recognize"], "--recognize does not go with"),
+        (["--explore", "--area", "0,0,3,3", "--mcap", "a.mcap"], "facetlog record"),
+        (["--explore", "--area", "0,0,3,3", "--keep-out", "0.5"], "--keep-out of an area is X,Y,"),
+        (["--explore", "--area", "0,0,3,3", "--max-views", "2"], "a face needs 3 views"),
+        (["--explore", "--area", "0,0,3,3", "--dry-run"], "holds no collection"),
+    ],
+)
+def test_options_that_say_no_area_are_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str
+) -> None:
+    assert main([*NOBODY, str(tmp_path / "out"), *options]) == 2
+    told = capsys.readouterr().err.strip()
+    assert message in told
+    assert "\n" not in told
+
+
+@pytest.mark.slow
+def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    box = SolidSetup("box", (0.5, 0.4, 0.35), at=(1.4, 0.2))
+    setup = read_world(None)
+    setup = replace(
+        setup,
+        scene=SceneSetup("empty", solid=(box,)),
+        robot=replace(setup.robot, model="p3dx"),
+    )
+    out = tmp_path / "views"
+    options = ["--explore", f"--area={','.join(map(str, AREA))}", "-o", str(out)]
+    local = "127.0.0.1:0"
+    with Station(setup, listen=local, pty=False, camera=local) as station:
+        thread = threading.Thread(target=station.serve)
+        thread.start()
+        try:
+            addresses = station.addresses
+            robot = ["collect", addresses.robot, "--camera", addresses.camera]
+            code = main([*robot, *options, "--speed", "0.5", "--max-views", "5"])
+        finally:
+            station.stop()
+            thread.join()
+    told = capsys.readouterr()
+    assert code == 1, told.err
+    assert "there are 5 views, as many as --max-views allows; 1 thing found" in told.out
+    assert "place 1 at" in told.err
+    _, taken = read_record(out)
+    assert len(taken) == 5
+    for view in taken:
+        assert math.dist((view.robot.x, view.robot.y), box.at) > 0.25 + 0.25
+    chosen = [line for line in read_log(out) if line.get("result") == "chosen"]
+    assert {line["looks_at"] for line in chosen} == {0, 1}
+    mapped = json.loads((out / "map" / "map.json").read_text(encoding="utf-8"))
+    (thing,) = mapped["things"]
+    assert math.dist((thing["pose"]["x"], thing["pose"]["y"]), box.at) < 0.15
+    assert (out / "map" / "map.png").is_file()
+    low, rows = mapped["floor"]["origin"], mapped["floor"]["rows"]
+    assert low == pytest.approx(AREA[:2])
+    assert len(rows) * mapped["floor"]["resolution"] == pytest.approx(AREA[3])
+
+    # No robot answers there: none is asked. What was looked at is not looked at again.
+    code = main([*NOBODY, str(out), *options[:2], "--dry-run", "--json"])
+    line = json.loads(capsys.readouterr().out)
+    assert line["result"] == ("chosen" if code == 0 else "explored")
+    # Another area is another collection.
+    assert main([*NOBODY, str(out), "--explore", "--area", "-9,-9,20,20", "--dry-run"]) == 2
+    assert "was not collected in --area" in capsys.readouterr().err

@@ -1,0 +1,126 @@
+"""The floor of an area: what echoes, where ways lead, and what is taken for a thing's."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from facetlog.exploring.area_floor import CLEARANCE, AreaFloor, KeptOff
+from facetlog.mapping.place import OVERHANG
+from facetlog.mapping.sonar_beams import Beam
+from facetlog.robot.collecting.route import Circle
+from facetlog.robot.pose2 import Pose2
+
+AREA = (0.0, 0.0, 6.0, 4.0)
+RADIUS = 0.25
+POLE = np.array([3.0, 2.0])
+
+
+def _beams(x: float, y: float) -> list[Beam]:
+    """All round from a place, towards a thin pole."""
+    found = []
+    for heading in np.arange(0.0, math.tau, math.radians(10.0)).tolist():
+        to_pole = POLE - [x, y]
+        off = math.remainder(math.atan2(to_pole[1], to_pole[0]) - heading, math.tau)
+        far = float(np.hypot(*to_pole))
+        hit = abs(off) <= math.radians(15.0)
+        found.append(Beam(x, y, heading, far if hit else 5.0, hit))
+    return found
+
+
+@pytest.fixture
+def floor() -> AreaFloor:
+    found = AreaFloor(AREA)
+    found.begin((1.0, 2.0))
+    for x, y in ((1.0, 2.0), (1.2, 1.0), (2.0, 0.7), (3.0, 0.5), (2.0, 3.2), (4.6, 2.3)):
+        found.add(_beams(x, y))
+    return found
+
+
+def test_a_pole_is_one_place_where_it_stands(floor: AreaFloor) -> None:
+    (found,) = floor.echoes(RADIUS, ())
+    assert found.middle == pytest.approx(POLE, abs=0.15)
+    assert found.reach < 0.4
+
+
+def test_ways_keep_as_far_off_an_echo_as_something_may_overhang_it(floor: AreaFloor) -> None:
+    ways = floor.ways((1.0, 2.0), RADIUS, (), ())
+    off = floor.lattice.away((3.0, 2.0))
+    assert off[ways.open].min() >= RADIUS + OVERHANG - 0.2
+    route = ways.route_to((5.0, 2.0))
+    assert route is not None
+    line = shapely.LineString(route)
+    assert line.distance(shapely.Point(*POLE)) > RADIUS + OVERHANG - 0.2
+
+
+def test_a_thing_that_is_known_takes_its_echoes_and_is_kept_off_by_its_plan(
+    floor: AreaFloor,
+) -> None:
+    plan = shapely.box(2.8, 1.8, 3.2, 2.2)
+    assert floor.echoes(RADIUS, (KeptOff(plan, 0.0),)) == ()
+    near = floor.ways((1.0, 2.0), RADIUS, (KeptOff(plan, 0.0),), ())
+    wide = floor.ways((1.0, 2.0), RADIUS, (KeptOff(plan, 0.3),), ())
+    points = shapely.points(floor.lattice.middles)
+    away = shapely.distance(plan, points)
+    assert away[near.open].min() >= RADIUS + CLEARANCE
+    assert away[wide.open].min() >= RADIUS + CLEARANCE + 0.3
+    assert near.open.sum() > wide.open.sum()
+
+
+def test_what_pictures_were_asked_of_is_no_place_any_more_and_still_in_the_way(
+    floor: AreaFloor,
+) -> None:
+    before = floor.ways((1.0, 2.0), RADIUS, (), ()).open
+    floor.asked |= floor.lattice.away((3.0, 2.0)) <= 0.5
+    assert floor.echoes(RADIUS, ()) == ()
+    assert (floor.ways((1.0, 2.0), RADIUS, (), ()).open == before).all()
+
+
+def test_ways_keep_out_of_circles(floor: AreaFloor) -> None:
+    circle = Circle(1.8, 1.0, 0.4)
+    ways = floor.ways((1.0, 2.0), RADIUS, (), (circle,))
+    assert floor.lattice.away((1.8, 1.0))[ways.open].min() >= 0.4
+
+
+def test_where_the_robot_was_nothing_is_though_an_arc_says_so(floor: AreaFloor) -> None:
+    assert floor.echoed(RADIUS).any()
+    for x in np.arange(2.0, 4.0, 0.1).tolist():
+        floor.moved(Pose2(x, 2.0))
+    assert not floor.echoed(0.5).any()
+
+
+def test_before_anything_was_heard_the_robot_has_room_to_turn_and_the_rest_is_unseen() -> None:
+    floor = AreaFloor(AREA)
+    floor.begin((1.0, 2.0))
+    ways = floor.ways((1.0, 2.0), RADIUS, (), ())
+    assert ways.length_to((1.0, 2.0)) == 0.0
+    assert ways.route_to((2.0, 2.0)) is None
+    assert floor.area_of(floor.unseen(RADIUS, ())) == pytest.approx(24.0 - math.pi / 4, abs=0.1)
+
+
+def test_where_a_thing_stands_no_floor_is_missing() -> None:
+    floor = AreaFloor(AREA)
+    thing = KeptOff(shapely.box(1.0, 1.0, 2.0, 2.0), 0.0)
+    assert floor.area_of(floor.unseen(RADIUS, (thing,))) < floor.area_of(floor.unseen(RADIUS, ()))
+
+
+def test_what_was_heard_long_ago_gives_way_to_what_is_heard_now(floor: AreaFloor) -> None:
+    for x in np.arange(0.0, 40.0, 0.5).tolist():
+        floor.moved(Pose2(x % 6.0, 3.9))
+    for _ in range(4):
+        floor.add([Beam(1.0, 2.0, 0.0, 5.0, False)])
+    assert floor.echoes(0.1, ()) == ()
+
+
+def test_what_echoed_from_afar_alone_is_worth_a_look_though_no_floor_is_missing() -> None:
+    floor = AreaFloor(AREA)
+    floor.begin((0.5, 2.0))
+    before = floor.worth(RADIUS, ())
+    floor.add(_beams(0.5, 2.0))
+    assert floor.echoes(RADIUS, ()) == ()
+    gained = floor.worth(RADIUS, ()) - before
+    assert gained.max() > 10.0
+    assert np.linalg.norm(floor.lattice.middles[gained > 1.0] - POLE, axis=1).max() < 0.8
+    floor.given_up |= gained > 1.0
+    assert floor.worth(RADIUS, ()).max() <= 1.0

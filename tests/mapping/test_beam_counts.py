@@ -1,0 +1,76 @@
+"""Where beams passed and where they ended, by their majority."""
+
+import math
+
+import pytest
+
+from facetlog.mapping.beam_counts import BeamCounts
+from facetlog.mapping.sonar_beams import Beam, new_beams
+from facetlog.robot.pioneer.parameters import SonarPlace
+from facetlog.robot.pioneer.state import SonarRange
+from facetlog.robot.pose2 import Pose2
+
+
+def _counts(**options: float) -> BeamCounts:
+    return BeamCounts((0.0, -2.0), 0.1, (40, 40), **options)
+
+
+def _is(cells: object, x: float, y: float) -> bool:
+    return bool(cells[math.floor((y + 2.0) / 0.1), math.floor(x / 0.1)])  # type: ignore[index]
+
+
+def test_a_beam_passes_up_to_its_echo_and_what_is_behind_stays_unknown() -> None:
+    counts = _counts()
+    counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
+    assert _is(counts.passed, 0.8, 0.05)
+    assert _is(counts.echoed, 1.55, 0.05)
+    assert not _is(counts.echoed, 2.0, 0.05)
+    assert not _is(counts.passed, 2.0, 0.05)
+
+
+def test_beams_that_go_on_narrow_the_arc_of_an_echo() -> None:
+    counts = _counts()
+    counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
+    assert _is(counts.echoed, 1.5, 0.35)
+    for _ in range(2):
+        counts.add(Beam(0.05, 0.05, math.radians(25.0), 3.0, False))
+    assert not _is(counts.echoed, 1.5, 0.35)
+    assert _is(counts.echoed, 1.55, 0.05)
+
+
+def test_an_echo_from_too_far_says_where_nothing_is_alone() -> None:
+    counts = _counts(farthest_echo=1.0)
+    counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
+    assert _is(counts.passed, 0.8, 0.05)
+    assert not counts.echoed.any()
+    assert _is(counts.echoed_afar, 1.55, 0.05)
+    counts.add(Beam(0.85, 0.05, 0.0, 0.7, True))
+    assert _is(counts.echoed, 1.55, 0.05)
+    assert not _is(counts.echoed_afar, 1.55, 0.05)
+
+
+def test_what_is_heard_anew_weighs_more_than_what_has_faded() -> None:
+    counts = _counts()
+    for _ in range(10):
+        counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
+    before = counts.echoed.copy()
+    counts.fade(0.05)
+    assert (counts.echoed == before).all()
+    counts.add(Beam(0.05, 0.05, 0.0, 3.0, False))
+    assert not _is(counts.echoed, 1.55, 0.05)
+
+
+def test_each_measurement_is_one_beam_from_where_its_sonar_is_in_the_world() -> None:
+    ahead, unknown = SonarPlace(0.2, 0.0, 0.0), None
+    sonars = [
+        SonarRange(0, 1.0, 5.0, ahead),
+        SonarRange(1, 5.0, 5.0, ahead),
+        SonarRange(2, 1.0, 5.0, unknown),
+        SonarRange(3, 0.05, 5.0, ahead),
+    ]
+    known: dict[int, float] = {}
+    robot = Pose2(1.0, 2.0, math.pi / 2)
+    echo, nothing = new_beams(robot, sonars, known)
+    assert (echo.x, echo.y, echo.heading) == pytest.approx((1.0, 2.2, math.pi / 2))
+    assert (echo.echo, nothing.echo) == (True, False)
+    assert list(new_beams(robot, sonars, known)) == []
