@@ -241,6 +241,9 @@ _WORDS = (
              meaning="the share of its level that has something above it"),
     _measure("room_below", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the free height right beneath its level, on average"),
+    _measure("room_width", Gives.LENGTH, LEVEL, unknown=_LEVEL,
+             meaning="the width of the widest room beneath its level: as far as, from the rim to "
+                     "half its depth, most is free from the ground to half its height"),
     _measure("room_above", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the free height right above its level, on average"),
     _measure("free_below", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,

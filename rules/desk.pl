@@ -10,19 +10,23 @@ model(desk,
 % desk.model:5
 specialises(desk, table).
 
-% table.model:13  parts
+% table.model:17  parts
 candidate(desk, Thing, Parts) :-
     findall(Parts, likely(desk, Thing, Parts), Found),
     ( Found == [] -> distant(desk, Thing, Parts) ; member(Parts, Found) ).
 
-% table.model:13  all that may satisfy its lines
+% table.model:17  all that may satisfy its lines
 likely(desk, Thing, [Top, Left, Right]) :-
     face_of(Thing, Top),
     possible(all([measured(Top), level(Top), upward(Top),
                   any([at_least(cover(Top), 0.75), at_least(share(Top), 0.8)]),
                   at_most(protrusion(Top), 0.4*elevation(Top)),
-                  if_known(at_least(free_below(Top), 0.6)),
-                  if_known(at_least(open_from_two_sides(Top), 0.3)),
+                  if_known(any([all([at_least(free_below(Top), 0.6),
+                                     at_least(open_from_two_sides(Top), 0.3)]),
+                                all([at_least(room_width(Top), 0.6*elevation(Top)),
+                                     at_least(open_from_two_sides(Top), 0.1),
+                                     between(level_length(Top), 1.2*elevation(Top),
+                                             4*elevation(Top))])])),
                   at_least(level_width(Top), 0.35*elevation(Top)),
                   at_least(elevation(Top), 0.12*level_length(Top)),
                   if_known(at_most(see_through(Top), 0.8))])),
@@ -35,7 +39,7 @@ likely(desk, Thing, [Top, Left, Right]) :-
     possible(all([supports(Right, Top), at_least(width(Right), 0.5*width(Top)),
                   opposite(Left, Right), at_least(offset(Left, Right), 0.6*elevation(Top))])).
 
-% table.model:13  near misses
+% table.model:17  near misses
 distant(desk, Thing, [Top, Left, Right]) :-
     as_far_as_seen(Thing,
                    [step(Top, 6, all([measured(Top), level(Top), upward(Top)])),
@@ -45,18 +49,18 @@ distant(desk, Thing, [Top, Left, Right]) :-
                          all([supports(Right, Top), at_least(width(Right), 0.5*width(Top))]))],
                    [Top, Left, Right]).
 
-% table.model:14  closed closes top
+% table.model:18  closed closes top
 means('desk.closed'(Closed, Top), closes(Closed, Top)).
-% table.model:15  leg supports top
+% table.model:19  leg supports top
 means('desk.leg'(Leg, Top), supports(Leg, Top)).
 
-% table.model:14
+% table.model:18
 members(desk, closed, _, [Top, Left, Right], Members) :-
     findall(Closed,
             ( shared_edge(Top, Closed, _), \+ memberchk(Closed, [Left, Right]),
               possible('desk.closed'(Closed, Top)) ), Found),
     sort(Found, Members).
-% table.model:15
+% table.model:19
 members(desk, leg, Thing, [Top, Left, Right], Members) :-
     findall(Leg,
             ( element_of(Thing, Leg), \+ memberchk(Leg, [Top, Left, Right]),
@@ -69,24 +73,32 @@ condition(desk, left, "a panel or drawer block carries one end", _, [Top, Left, 
 % desk.model:16  face right where right supports top, across(right)
 condition(desk, right, "another carries the other end", _, [Top, _, Right],
           all([supports(Right, Top), soft(at_least(width(Right), 0.5*width(Top)), 0.1)])).
-% table.model:17  top is measured, top is level, top is upward
+% table.model:21  top is measured, top is level, top is upward
 condition(desk, level, "the top is level and faces up", _, [Top, _, _],
           all([measured(Top), level(Top), upward(Top)])).
-% table.model:18  cover(top) at least 75 % or share(top) at least 80 %
+% table.model:22  cover(top) at least 75 % or share(top) at least 80 %
 condition(desk, cover, "the top covers the thing seen from above", _, [Top, _, _],
           any([soft(at_least(cover(Top), 0.75), 0.1), soft(at_least(share(Top), 0.8), 0.1)])).
-% table.model:21  protrusion(top) at most 40 % of elevation(top)
+% table.model:25  protrusion(top) at most 40 % of elevation(top)
 condition(desk, topmost, "nothing rises above the top but what may stand on it", _, [Top, _, _],
           soft(at_most(protrusion(Top), 0.4*elevation(Top)), 0.1)).
-% table.model:23  free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %
+% table.model:27  free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or for_knees(top)
 condition(desk, beneath, "what is beneath it leaves room, and two sides open", _, [Top, _, _],
-          if_known(all([soft(at_least(free_below(Top), 0.6), 0.1),
-                        soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]))).
-% table.model:25  free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)
+          if_known(any([all([soft(at_least(free_below(Top), 0.6), 0.1),
+                             soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]),
+                        all([soft(at_least(room_width(Top), 0.6*elevation(Top)), 0.1),
+                             soft(at_least(open_from_two_sides(Top), 0.1), 0.1),
+                             soft(between(level_length(Top), 1.2*elevation(Top),
+                                          4*elevation(Top)),
+                                  0.1)])]))).
+% table.model:29  free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or for_knees(top) or on_legs(top) and (each pair x, y of closed: not x adjoins y)
 condition(desk, room, "there is free space beneath the top, or it stands on legs", Thing,
           [Top, Left, Right],
           any([all([soft(at_least(free_below(Top), 0.6), 0.1),
                     soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]),
+               all([soft(at_least(room_width(Top), 0.6*elevation(Top)), 0.1),
+                    soft(at_least(open_from_two_sides(Top), 0.1), 0.1),
+                    soft(between(level_length(Top), 1.2*elevation(Top), 4*elevation(Top)), 0.1)]),
                all([at_least_of(3, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
                     any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
                          some(G, Gs,
@@ -100,11 +112,11 @@ condition(desk, room, "there is free space beneath the top, or it stands on legs
     findall(G, ( face_of(Thing, G), \+ memberchk(G, [Top, Left, Right]) ), Found),
     sort(Found, Gs),
     members(desk, closed, Thing, [Top, Left, Right], Closed_members).
-% table.model:30  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
+% table.model:34  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
 condition(desk, proportion, "the top is no pole and no tray", _, [Top, _, _],
           all([soft(at_least(level_width(Top), 0.35*elevation(Top)), 0.1),
                soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)])).
-% table.model:32  elevation(top) between 30 cm and 120 cm
+% table.model:36  elevation(top) between 30 cm and 120 cm
 condition(desk, usual, "tables are 30 cm to 120 cm high", _, [Top, _, _],
           expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 % desk.model:19  count(leg) at most 2 or there is a face end where end supports top, across(end)
@@ -154,16 +166,16 @@ condition(desk, working_height, "desks are 65 cm to 80 cm high", _, [Top, _, _],
 
 written(desk, left, 'desk.model:15', "face left where left supports top, across(left)").
 written(desk, right, 'desk.model:16', "face right where right supports top, across(right)").
-written(desk, level, 'table.model:17', "top is measured, top is level, top is upward").
-written(desk, cover, 'table.model:18', "cover(top) at least 75 % or share(top) at least 80 %").
-written(desk, topmost, 'table.model:21', "protrusion(top) at most 40 % of elevation(top)").
-written(desk, beneath, 'table.model:23',
-        "free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %").
-written(desk, room, 'table.model:25',
-        "free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
-written(desk, proportion, 'table.model:30',
+written(desk, level, 'table.model:21', "top is measured, top is level, top is upward").
+written(desk, cover, 'table.model:22', "cover(top) at least 75 % or share(top) at least 80 %").
+written(desk, topmost, 'table.model:25', "protrusion(top) at most 40 % of elevation(top)").
+written(desk, beneath, 'table.model:27',
+        "free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or for_knees(top)").
+written(desk, room, 'table.model:29',
+        "free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or for_knees(top) or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
+written(desk, proportion, 'table.model:34',
         "level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)").
-written(desk, usual, 'table.model:32', "elevation(top) between 30 cm and 120 cm").
+written(desk, usual, 'table.model:36', "elevation(top) between 30 cm and 120 cm").
 written(desk, ends, 'desk.model:19',
         "count(leg) at most 2 or there is a face end where end supports top, across(end)").
 written(desk, facing, 'desk.model:21', "left opposite right").
@@ -174,21 +186,21 @@ written(desk, shut, 'desk.model:29', "see_through(top) at most 80 %").
 written(desk, working_height, 'desk.model:30',
         "elevation(top) between 65 cm and 80 cm fading 5 cm").
 
-% table.model:14
+% table.model:18
 group(desk, Thing, [Top, Left, Right], closed, Members) :-
     members(desk, closed, Thing, [Top, Left, Right], Closed_members),
     findall(Closed, ( member(Closed, Closed_members), holds('desk.closed'(Closed, Top)) ),
             Members).
-% table.model:15
+% table.model:19
 group(desk, Thing, [Top, Left, Right], leg, Members) :-
     members(desk, leg, Thing, [Top, Left, Right], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('desk.leg'(Leg, Top)) ), Members).
 
-% table.model:34
+% table.model:38
 size(desk, _, [Top, _, _], length, length(Top)).
-% table.model:35
+% table.model:39
 size(desk, _, [Top, _, _], width, width(Top)).
-% table.model:36
+% table.model:40
 size(desk, _, [Top, _, _], height, elevation(Top)).
 % desk.model:32
 size(desk, _, [_, Left, Right], knee_space, offset(Left, Right)).

@@ -51,6 +51,7 @@ measure(level_length(F), V, Sd, length) :- fact(level_length(F, V, Sd)).
 measure(level_width(F), V, Sd, length)  :- fact(level_width(F, V, Sd)).
 measure(built_over(F), V, Sd, ratio)    :- fact(built_over(F, V, Sd)).
 measure(room_below(F), V, Sd, length)   :- fact(room_below(F, V, Sd)).
+measure(room_width(F), V, Sd, length)   :- fact(room_width(F, V, Sd)).
 measure(room_above(F), V, Sd, length)   :- fact(room_above(F, V, Sd)).
 measure(free_below(F), V, Sd, ratio)    :- fact(free_below(F, V, Sd)).
 measure(see_across(F), V, Sd, ratio)    :- fact(see_across(F, V, Sd)).
@@ -91,6 +92,7 @@ measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_lengt
 measure(piece_level_width(P), V, Sd, length) :- fact(piece_level(P, level_width, V, Sd)).
 measure(piece_built_over(P), V, Sd, ratio) :- fact(piece_level(P, built_over, V, Sd)).
 measure(piece_room_below(P), V, Sd, length) :- fact(piece_level(P, room_below, V, Sd)).
+measure(piece_room_width(P), V, Sd, length) :- fact(piece_level(P, room_width, V, Sd)).
 measure(piece_room_above(P), V, Sd, length) :- fact(piece_level(P, room_above, V, Sd)).
 measure(piece_free_below(P), V, Sd, ratio) :- fact(piece_level(P, free_below, V, Sd)).
 measure(piece_see_through(P), V, Sd, ratio) :- fact(piece_level(P, see_through, V, Sd)).
@@ -158,6 +160,7 @@ measure_of_space(level_length).
 measure_of_space(level_width).
 measure_of_space(built_over).
 measure_of_space(room_below).
+measure_of_space(room_width).
 measure_of_space(room_above).
 measure_of_space(free_below).
 measure_of_space(see_through).

@@ -41,6 +41,7 @@ LEVEL_KINDS = (
     "level_width",
     "built_over",
     "room_below",
+    "room_width",
     "room_above",
     "free_below",
     "see_through",

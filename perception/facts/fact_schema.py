@@ -331,6 +331,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _NO_LEVEL,
     ),
     _kind(
+        "room_width +F:face W:length Sd:length",
+        _MAYBE,
+        "width of the widest room beneath the face's level: as far as, from the rim to half its "
+        "depth, most is free from the ground to half its height",
+        _NO_LEVEL,
+    ),
+    _kind(
         "room_above +F:face H:length Sd:length",
         _MAYBE,
         "free height right above the face's level up to the highest point, on average",

@@ -27,6 +27,12 @@ GAP = 2
 # A back begins this share of the way up from a seat to the highest point: arms are lower.
 ABOVE_ARMS = 0.35
 
+# A room beneath a level begins at its rim and on the ground. It is so deep and high, as shares of
+# the level's depth and height, and so much of each layer is free: lines of sight miss single cells.
+# The lowest layer holds the ground's own roughness.
+ROOM_DEPTH, ROOM_HEIGHT, ROOM_SHARE = 0.5, 0.5, 0.5
+GROUND_LAYERS = 1
+
 _Plan = NDArray[np.bool_]
 
 
@@ -38,6 +44,8 @@ class Level:
     - `cover`: how much of the thing's footprint it takes.
     - `length`, `width`: its extents, the longer one first, along the sides of the thing's plan.
     - `built_over`: how much of it has something above.
+    - `room_width`: how wide the widest room beneath is, along either axis of the plan: as far as,
+      from the rim to half its depth, most is free from the ground to half its height.
     - `room_below`: free height right beneath it, on average; `room_above` the same above it, up
       to the thing's highest point.
     - `free_below`: how much of the space beneath, board and all, is free.
@@ -61,6 +69,7 @@ class Level:
     width: Bounded
     built_over: Bounded
     room_below: Bounded
+    room_width: Bounded
     room_above: Bounded
     free_below: Bounded
     see_through: Bounded
@@ -83,6 +92,7 @@ class Level:
             ("level_width", self.width),
             ("built_over", self.built_over),
             ("room_below", self.room_below),
+            ("room_width", self.room_width),
             ("room_above", self.room_above),
             ("free_below", self.free_below),
             ("see_through", self.see_through),
@@ -138,6 +148,30 @@ def _room(free: _Plan) -> float:
     taken_again = ~free & (np.arange(layers) >= begins[:, None])
     ends = np.where(taken_again.any(axis=1), taken_again.argmax(axis=1), layers)
     return float((ends - begins).sum() / count)
+
+
+def _longest_run(places: NDArray[np.bool_]) -> int:
+    """How many places (n,) in a row hold, at most.
+
+    >>> _longest_run(np.array([True, False, True, True]))
+    2
+    """
+    ends = np.flatnonzero(~np.concatenate([[False], places, [False]]))
+    return int(np.diff(ends).max()) - 1
+
+
+def _room_width(grid: Grid, plan: _Plan, below: int) -> int:
+    """The width of the widest room beneath a level's plan, in cells."""
+    rows, columns = (np.flatnonzero(plan.any(axis=axis)) for axis in (1, 0))
+    solid = grid.solid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :below]
+    low = ~solid[:, :, GROUND_LAYERS : max(GROUND_LAYERS + 1, round(ROOM_HEIGHT * below))]
+    widest = 0
+    for across in (low, low.swapaxes(0, 1)):  # each row of cells leads from rim to rim
+        depth = max(1, round(ROOM_DEPTH * across.shape[1]))
+        for half in (across[:, :depth], across[:, -depth:]):
+            each_layer = half.mean(axis=1) >= ROOM_SHARE
+            widest = max(widest, _longest_run(each_layer.all(axis=1)))
+    return widest
 
 
 def _see_through(grid: Grid, plan: _Plan, below: int) -> tuple[float, float]:
@@ -201,6 +235,7 @@ class _Beneath:
 
     built_over: Estimate
     room_below: Estimate
+    room_width: Estimate
     room_above: Estimate
     free_below: Estimate
     see_through: Estimate
@@ -236,6 +271,7 @@ class _Beneath:
         return cls(
             Estimate(built_over, side),
             Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
+            Estimate(_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
             Estimate(_room(above) * grid.cell, rounding),
             Estimate(float(free.mean()), seen_sd),
             Estimate(through, seen_sd),
@@ -295,6 +331,7 @@ def level_at(space: Space, height: float) -> Level | None:
         width=Bounded.between(*(Estimate(n * least.cell, rounding) for n in (width, wider))),
         built_over=Bounded.between(one.built_over, other.built_over),
         room_below=Bounded.between(one.room_below, other.room_below),
+        room_width=Bounded.between(one.room_width, other.room_width),
         room_above=Bounded.between(one.room_above, other.room_above),
         free_below=Bounded.between(one.free_below, other.free_below),
         see_through=Bounded.between(one.see_through, other.see_through),

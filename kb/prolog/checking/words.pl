@@ -170,6 +170,7 @@ described(piece_level_length('Board'), measure, "level_length of the level at th
 described(piece_level_width('Board'), measure, "level_width of the level at the board's upper side").
 described(piece_built_over('Board'), measure, "built_over of the level at the board's upper side").
 described(piece_room_below('Board'), measure, "room_below of the level at the board's upper side").
+described(piece_room_width('Board'), measure, "room_width of the level at the board's upper side").
 described(piece_room_above('Board'), measure, "room_above of the level at the board's upper side").
 described(piece_free_below('Board'), measure, "free_below of the level at the board's upper side").
 described(piece_see_through('Board'), measure, "see_through of the level at the board's upper side").

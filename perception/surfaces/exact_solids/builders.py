@@ -133,17 +133,21 @@ def _table(width: float, length: float, height: float, thickness: float, leg: fl
     return polyhedra.table(length, width, height, thickness=thickness, leg=leg, inset=inset)
 
 
-def _desk(width: float, length: float, height: float, thickness: float, panel: float) -> Scene:
+def _desk(
+    width: float, length: float, height: float, thickness: float, panel: float, block: float
+) -> Scene:
     # The panel at the rear hangs down by half the height.
     _fits("the thickness", thickness, "half the height", height / 2)
     _fits(
-        "two panels with their rims",
-        2 * (panel + RIM_SHARE * min(width, length)),
+        "two panels, or one and a block, with their rims",
+        panel + max(panel, block) + 2 * RIM_SHARE * min(width, length),
         "the length",
         length,
     )
     _fits("the panel", panel, "half the width", width / 2)
-    return exact_furniture.desk(length, width, height, thickness=thickness, panel=panel)
+    return exact_furniture.desk(
+        length, width, height, thickness=thickness, panel=panel, block=block
+    )
 
 
 def _chair(
@@ -277,12 +281,13 @@ _ALL = (
     _builder(
         "desk",
         _desk,
-        "a top on two side panels, half closed behind",
+        "a top on two side panels, one of which may be a drawer block, half closed behind",
         _length("width", 0.7),
         _length("length", 1.4),
         _length("height", 0.74),
         _length("thickness", 0.03),
         _length("panel", 0.03),
+        _length("block", 0.03),
     ),
     _builder(
         "chair",

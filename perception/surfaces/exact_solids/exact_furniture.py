@@ -72,12 +72,16 @@ def desk(
     *,
     thickness: float = 0.03,
     panel: float = 0.03,
+    block: float = 0.03,
     sd: float = SD_M,
 ) -> Scene:
-    """A top on two side panels, tied by a panel at the rear (+y) that does not reach the ground."""
+    """A top on two side panels, tied by a panel at the rear (+y) that does not reach the ground.
+
+    At the right end (+x) stands a drawer block instead, if `block` is wider than a panel.
+    """
     under = height - thickness
     rim = RIM_SHARE * min(length, width)
-    left, right = rim + panel, length - rim - panel
+    left, right = rim + panel, length - rim - max(panel, block)
     rear = (1 - MODESTY_INSET_SHARE) * width
     near, far = rim, width - rim
     pieces = (

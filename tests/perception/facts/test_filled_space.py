@@ -133,6 +133,24 @@ def test_a_shelf_shows_little_room_beneath_its_top() -> None:
     assert values(shelf, "room_below")[top] < 0.3 * values(shelf, "elevation")[top]
 
 
+def top_of(scene: Scene) -> str:
+    """The face whose level is highest."""
+    return max(values(scene, "elevation").items(), key=lambda item: item[1])[0]
+
+
+@pytest.mark.parametrize("block", [0.03, 0.3, 0.6])
+def test_between_the_ends_of_a_desk_there_is_a_room_as_wide_as_they_leave(block: float) -> None:
+    desk = whole(build("desk", {"block": block}))
+    left = 1.4 - 2 * 0.05 * 0.7 - 0.03 - block
+    assert values(desk, "room_width")[top_of(desk)] == pytest.approx(left, abs=2 * CELL * 1.4)
+
+
+def test_what_stands_on_the_ground_or_has_a_board_near_it_leaves_no_room() -> None:
+    for name in ("cuboid", "cabinet", "shelf"):
+        scene = whole(build(name, {}))
+        assert values(scene, "room_width")[top_of(scene)] == 0.0
+
+
 @settings(max_examples=10, deadline=None)
 @given(st.floats(0.0, 6.3), st.floats(0.01, 1000.0))
 def test_neither_the_frame_nor_the_unit_matters(radians: float, scale: float) -> None:
