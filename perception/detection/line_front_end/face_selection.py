@@ -36,6 +36,10 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
+    joined_sides,
+    on_segments,
+)
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
@@ -200,8 +204,10 @@ class _Selection:
             if any(_alike(best, other) for other in self._seen_through):
                 continue
             if best.after == len(self._faces):
-                plain = self._plain(best)
-                if self._is_face(plain) and not self._accepted(plain):
+                # The plainest form may leave out a side that a face needs.
+                forms = (self._plain(best), best)
+                plain = next((form for form in forms if self._is_face(form)), None)
+                if plain is not None and not self._accepted(plain):
                     self._seen_through.append(plain)
                     rest = self._trimmed(plain)
                     if rest is not None and self._is_face(rest):
@@ -230,8 +236,9 @@ class _Selection:
         for side in self._planes[plane].sides:
             self._search(plane, side)
 
-    def _complete(self, plane: int) -> None:
-        # Two or three sides that meet propose the others, where the pictures show them best.
+    def _complete(self, plane: int, new: FloatArray | None = None) -> None:
+        # Two or three sides that meet propose the others, where the pictures show them best; if a
+        # side (2, 3) is `new`, those that it is a side of.
         hypothesis = self._planes[plane].plane
         near = ON_PLANE_PX * self._pixel
         known = [self._extents[hypothesis.lines]]
@@ -240,7 +247,9 @@ class _Selection:
             off = np.abs(sides @ hypothesis.normal - hypothesis.distance)
             known.append(sides[(off < near).all(axis=1)])
         for ring in parallelograms(np.concatenate(known), hypothesis, self._pixel):
-            self._propose_rough(ring, hypothesis.normal, plane)
+            middles = (ring + np.roll(ring, -1, axis=0)) / 2
+            if new is None or on_segments(middles, new[None], near).any():
+                self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
         views = self._photos.facing(corners.mean(axis=0), normal)
@@ -278,11 +287,17 @@ class _Selection:
         size = np.sqrt(shapely.Polygon(corners @ plane_basis(normal)).area)
         if size < MIN_SIZE_PX * self._pixel:
             return None
-        e = self._judge.judge(corners, normal, self._taken, penalty(corners, moved=moved))
+        e = self._judge.judge(
+            corners, normal, self._taken, penalty(corners, moved=moved), self._joins
+        )
         if e is None:
             return None
         candidate = Candidate(corners, normal, e, plane, moved, len(self._faces))
         return candidate if candidate.score > 0 else None
+
+    def _joins(self, points: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
+        sides = joined_sides(normal, self._faces)
+        return on_segments(points, sides, ON_PLANE_PX * self._pixel)
 
     def _known_normals(self, candidate: Candidate) -> list[FloatArray]:
         # Of the ground and the faces that it touches.
@@ -376,6 +391,8 @@ class _Selection:
                 across = np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
                 self._planes.append(ChosenPlane(plane, score, (1.0, -1.0), side + across))
                 self._push(score, number)
+            else:
+                self._complete(number, side)
             self._propose_down(side, number)
 
     def _propose_down(self, side: FloatArray, number: int) -> None:

@@ -3,8 +3,9 @@
 Occluded views are left out, and of the others the occluded parts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -33,7 +34,10 @@ from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
+__all__ = ["FaceEvidence", "FaceJudge", "Joins", "inner_points"]
+
+Joins: TypeAlias = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
+"""Which points (..., 3) of an outline of that normal (3,) lie on sides of found faces, too."""
 
 # Least share of the views that could see a face and do show it, and of its sides on edges.
 MIN_SHARE, MIN_COVERAGE = 0.5, 0.6
@@ -100,14 +104,16 @@ class FaceJudge:
         normal: FloatArray,
         taken: Sequence[NDArray[np.uint8]],
         least: float = -np.inf,
+        joins: Joins | None = None,
     ) -> FaceEvidence | None:
         """Evidence for a polygon (k, 3) seen from the side that its normal points to.
 
         None where too few views face it, its inside contradicts it, too little of its sides is
-        covered, or their score cannot exceed `least`. `taken` as in `RegionFinder.outlines`.
+        covered, or their score cannot exceed `least`. `taken` as in `RegionFinder.outlines`;
+        `joins` says where a side may lack an edge, for it joins a found face.
         """
         found = self._inside(corners, normal, taken)
-        along = None if found is None else self._along(found, corners, normal, taken, least)
+        along = None if found is None else self._along(found, corners, normal, taken, least, joins)
         if found is None or along is None:
             return None
         sides, coverage = along
@@ -199,6 +205,7 @@ class FaceJudge:
         normal: FloatArray,
         taken: Sequence[NDArray[np.uint8]],
         least: float,
+        joins: Joins | None,
     ) -> tuple[float, float] | None:
         # The sides' summed ratio and their coverage; None as of `judge`.
         views = found.showing
@@ -208,7 +215,9 @@ class FaceJudge:
         samples, inwards = self._inwards(views, sides, normal)
         within, seen = self._photos.agree(views, (samples + inwards).reshape(-1, 3), taken)
         bare = within.agrees | (seen & (within.ratio <= 0))
-        edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
+        bare = bare.reshape(len(views), len(sides), SAMPLES)
+        joined = None if joins is None else joins(samples, normal)
+        edges = self._sides.evidence(views, sides, bare, joined)
         weight = self._weight[views]
         hit = float(weight @ edges.found.sum(axis=2) @ length)
         possible = float(weight @ edges.there.sum(axis=2) @ length)

@@ -79,16 +79,24 @@ class SideJudge:
         return score
 
     def evidence(
-        self, views: NDArray[np.intp], sides: FloatArray, bare: NDArray[np.bool_] | None = None
+        self,
+        views: NDArray[np.intp],
+        sides: FloatArray,
+        bare: NDArray[np.bool_] | None = None,
+        joined: NDArray[np.bool_] | None = None,
     ) -> SideEvidence:
         """The evidence of the chosen views (v,) for sides (k, 2, 3).
 
         `bare` (v, k, SAMPLES) are the samples that are not occluded, all of them if it is None.
+        Where a side is `joined` (k, SAMPLES) to a known face, surfaces of one shade may meet: there
+        a missing edge says nothing.
         """
         hit, inside, reach = self._hits(views, sides, (0.0, *BESIDE_PX))
         found, there = hit[0], inside[0]
         if bare is not None:
             found, there = found & bare, there & bare
+        if joined is not None:
+            there = there & (found | ~joined)
         # Half a hit in one more sample is added: few samples never make a probability of 0 or 1.
         beside = (hit[1:].sum(axis=(0, 3)) + 0.5) / (inside[1:].sum(axis=(0, 3)) + 1.0)
         chance = np.clip(beside, *CHANCE_RANGE)[..., None]

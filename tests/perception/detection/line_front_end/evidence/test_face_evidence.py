@@ -6,6 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
@@ -13,9 +14,14 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
     inner_points,
 )
+from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
+    joined_sides,
+    on_segments,
+)
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray
@@ -75,6 +81,43 @@ def test_one_side_too_faint_for_any_view_costs_a_fixed_price_and_no_more() -> No
     assert faint is not None
     assert 0.5 * right.sides < faint.sides < right.sides
     assert faint.coverage < 0.8
+
+
+def test_a_faint_side_that_a_found_face_has_too_costs_nothing_and_one_in_the_air_does() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    maps = without_edge(rig, top[:2])
+    side = SelectedFace(
+        np.array([top[1], top[0], top[0] - 6.0 * UP, top[1] - 6.0 * UP]),
+        np.cross(UP, top[1] - top[0]) / np.linalg.norm(top[1] - top[0]),
+        np.ones(len(rig.views), np.bool_),
+        1.0,
+        top[:1],
+    )
+
+    def joins(points: FloatArray, across: FloatArray) -> NDArray[np.bool_]:
+        return on_segments(points, joined_sides(across, [side]), 3 * rig.pixel)
+
+    faint = judge(rig, maps).judge(top, normal, rig.untaken)
+    known = judge(rig, maps).judge(top, normal, rig.untaken, joins=joins)
+    assert faint is not None
+    assert known is not None
+    assert known.coverage > faint.coverage + 0.05
+    assert known.sides > faint.sides
+    # where the edge is found, a face beside it changes nothing
+    seen = judge(rig).judge(top, normal, rig.untaken)
+    same = judge(rig).judge(top, normal, rig.untaken, joins=joins)
+    assert seen is not None
+    assert same is not None
+    assert same.sides >= seen.sides
+
+
+def test_the_sides_of_a_parallel_face_are_not_joined() -> None:
+    top, normal = block_rig().top
+    below = SelectedFace(top, -normal, np.ones(1, np.bool_), 1.0, top[:1])
+    assert joined_sides(normal, [below]).shape == (0, 2, 3)
+    assert joined_sides(normal, []).shape == (0, 2, 3)
+    assert not on_segments(top, np.zeros((0, 2, 3)), 1.0).any()
 
 
 def test_a_missing_side_within_a_surface_is_no_faint_one() -> None:

@@ -1,0 +1,57 @@
+"""Where a side of an outline is a side of a face that was found, too.
+
+Two faces that meet show an edge between them only where their shades differ, which those of a
+thing of one colour in the shade often do not. A missing edge says nothing there; anywhere else a
+face ends in the air, and its edge stands before what lies behind.
+"""
+
+from collections.abc import Iterable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["FlatFace", "joined_sides", "on_segments"]
+
+# What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
+LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
+
+
+class FlatFace(Protocol):
+    """A polygon (k, 3) across its normal (3,)."""
+
+    @property
+    def corners(self) -> FloatArray: ...
+
+    @property
+    def normal(self) -> FloatArray: ...
+
+
+def joined_sides(normal: FloatArray, faces: Iterable[FlatFace]) -> FloatArray:
+    """The sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
+    sides = [
+        np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+        for face in faces
+        if abs(normal @ face.normal) < LEAST_TURN_COSINE
+    ]
+    return np.concatenate(sides) if sides else np.zeros((0, 2, 3))
+
+
+def on_segments(points: FloatArray, segments: FloatArray, near: float) -> NDArray[np.bool_]:
+    """Which points (..., 3) are nearer than that to one of the segments (n, 2, 3).
+
+    >>> level = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
+    >>> on_segments(np.array([[1.0, 0.1, 0.0], [3.0, 0.0, 0.0]]), level, 0.5)
+    array([ True, False])
+    """
+    if not len(segments):
+        return np.zeros(points.shape[:-1], dtype=np.bool_)
+    along = segments[:, 1] - segments[:, 0]
+    off = points[..., None, :] - segments[:, 0]
+    square = np.maximum((along**2).sum(axis=-1), np.finfo(np.float64).tiny)
+    share = np.clip((off * along).sum(axis=-1) / square, 0.0, 1.0)
+    away = np.linalg.norm(off - share[..., None] * along, axis=-1)
+    close: NDArray[np.bool_] = (away < near).any(axis=-1)
+    return close
