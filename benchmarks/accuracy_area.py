@@ -48,7 +48,7 @@ from facetlog.view_verdicts import ViewVerdict
 __all__ = ["NAME", "Outcome", "explored_room", "main", "measure", "report"]
 
 NAME = "accuracy_area"
-SEEDS = 10
+SEEDS = 7
 MOST = 120
 # Where it begins, from the lowest corner of the area, m.
 CORNER = 1.1
