@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.kb.explaining.best_first import best_first
-from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_line, verdict_lines
@@ -208,12 +208,7 @@ class Verdict:
             "length_unit": self.length_unit,
             "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in angles],
             "also": self.also,
-            "shortfalls": [
-                {"label": c.label, "of": miss.measure, "kind": miss.kind, **short.to_json()}
-                for c in self.conditions
-                for miss in c.proof.shortfalls()
-                if (short := miss.shortfall) is not None
-            ],
+            "shortfalls": list(self._shortfalls()),
             "conditions": [
                 c.to_json(
                     self.length_unit,
@@ -224,6 +219,28 @@ class Verdict:
             ],
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
+
+    def _shortfalls(self) -> Iterator[dict[str, Any]]:
+        """What each condition misses: of one measure the least, and what an earlier one has not."""
+        given: set[tuple[str, str, float]] = set()
+        for condition in self.conditions:
+            least: dict[tuple[str, str], tuple[Comparison, Shortfall]] = {}
+            for miss in condition.proof.shortfalls():
+                short = miss.shortfall
+                if short is None:
+                    continue
+                key = miss.measure, short.side
+                if key not in least or short.amount < least[key][1].amount:
+                    least[key] = miss, short
+            for (of, side), (miss, short) in least.items():
+                if (of, side, short.amount) not in given:
+                    given.add((of, side, short.amount))
+                    yield {
+                        "label": condition.label,
+                        "of": of,
+                        "kind": miss.kind,
+                        **short.to_json(),
+                    }
 
 
 @dataclass(frozen=True, slots=True, repr=False)

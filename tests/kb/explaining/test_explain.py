@@ -105,6 +105,17 @@ def test_what_holds_has_no_shortfall(facts_of: Build) -> None:
         assert ask.judge("box").to_json()["shortfalls"] == []
 
 
+def test_of_one_measure_the_least_shortfall_is_given_and_each_once(tmp_path: Path) -> None:
+    either = "any([at_least(angle(A, B), 100), at_least(angle(A, B), 85)])"
+    conditions = (
+        f'condition(pair, {label}, "{label}", _, [A, B], {either}).' for label in ("one", "other")
+    )
+    verdict = judge_pair(tmp_path, faces(71.0), *conditions)
+    (missed,) = verdict.to_json()["shortfalls"]
+    assert (missed["label"], missed["side"]) == ("one", "below")
+    assert missed["amount"] == pytest.approx(14.0)
+
+
 UP = (0.0, 0.0, 1.0)
 # Without up more is left open, and near misses of furniture are searched for some ten seconds.
 SOLIDS = [

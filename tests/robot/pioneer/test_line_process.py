@@ -286,6 +286,8 @@ def test_where_the_line_is_gone_with_its_owner_it_is_said_that_the_watchdog_stop
     line.hold(time.monotonic() + PATIENCE, STOP)
     line.write(b"<go>")
     robot.hears(b"<go>")
+    # Stopped, it cannot say itself that the line was closed before it is killed.
+    os.kill(line.process, signal.SIGSTOP)
     robot.close()
     os.kill(line.process, signal.SIGKILL)
     assert "whose own watchdog does" in str(raised(line))
