@@ -137,14 +137,14 @@ class AreaExplorer:
             if group is None:
                 sweep = self._next_sweep(around, ways, kept, number)
                 if sweep is not None:
-                    return self._told(sweep, ended)
+                    return self._noted(sweep, ended)
                 group = self._next_group(around, ways, kept, number, FEWEST_VIEWS)
                 group = group or self._again(around, ways, taken, number)
                 if group is None:
                     return self._finished("", around, kept, ended)
             found = self._view_of(group, around, ways, taken, number)
             if isinstance(found, Chosen) and not full:
-                return self._told(found, ended)
+                return self._noted(found, ended)
             why = "the views are all taken" if isinstance(found, Chosen) else found.reason
             self._end(group, why)
             group.offered = len(self._rings(group, around, ways, taken).candidates(number))
@@ -322,7 +322,7 @@ class AreaExplorer:
         self._sent = found.stop.view.name, 0
         return found
 
-    def _told(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
+    def _noted(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
         """A choice with what was said before it, and which places came to their end."""
         line = {**found.line, **({"ended": dict(ended)} if ended else {})}
         return replace(found, line=line, said=(*self._said, *found.said))
