@@ -127,9 +127,14 @@ def held_out(samples: Sequence[Sample], contents: Mapping[str, str]) -> tuple[fl
 
 def chosen_form(samples: Sequence[Sample]) -> Form:
     """The one of `FORMS` whose maps, fitted to all other sources, give the samples of each source
-    the highest likelihood; the first of those that do so equally well."""
-    losses = dict.fromkeys(FORMS, 0.0)
-    for source in sorted({s.source for s in samples}):
+    the highest likelihood; the first of those that do so equally well.
+
+    Maps that rise are taken only if they do so by more than a standard error over the sources
+    (Breiman and others 1984): the order of names hangs on it, and few verdicts hold.
+    """
+    sources = sorted({s.source for s in samples})
+    losses = {form: np.zeros(len(sources)) for form in FORMS}
+    for nth, source in enumerate(sources):
         inside = [s for s in samples if s.source == source]
         outside = [s for s in samples if s.source != source]
         for rising in (False, True) if outside else ():
@@ -139,8 +144,14 @@ def chosen_form(samples: Sequence[Sample]) -> Form:
                 for form in FORMS:
                     if form.rising == rising:
                         said = _shrunk(shares, form.strength)
-                        losses[form] -= math.log(said if sample.truth else 1.0 - said)
-    return min(losses, key=lambda form: losses[form])
+                        losses[form][nth] -= math.log(said if sample.truth else 1.0 - said)
+    flat, rises = (
+        min((form for form in FORMS if form.rising == rising), key=lambda form: losses[form].sum())
+        for rising in (False, True)
+    )
+    gain = losses[flat] - losses[rises]
+    by_chance = math.sqrt(len(sources)) * float(gain.std())
+    return rises if float(gain.sum()) > by_chance else flat
 
 
 Key: TypeAlias = tuple[str, ...]
