@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from scipy.stats import chi2
 
-from benchmarks.accuracy_map import MAST, NOISE, off_truth
+from benchmarks.accuracy_map import MAST, NOISE, off_truth, within_gate
 from benchmarks.calibration_scenes import world_truth
 from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.processes import spread
 from benchmarks.room_robot import KIND, RoomCamera, RoomHead, RoomRobot
 from benchmarks.rooms import APART, Room, make_room
 from facetlog.exploring.area import AreaExplorer
@@ -52,7 +52,6 @@ SEEDS = 7
 MOST = 120
 # Where it begins, from the lowest corner of the area, m.
 CORNER = 1.1
-GATE_SHARE = 0.9973
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,13 +82,13 @@ class Outcome:
     @property
     def within(self) -> int:
         """How many poses are right by the gate of 3 standard deviations."""
-        return sum(d <= math.sqrt(float(chi2.ppf(GATE_SHARE, 3))) for d in self.distances)
+        return within_gate(self.distances)
 
 
 def measure(settings: Settings) -> Report:
     """All rooms over the seeds."""
     seeds = settings.seeds(SEEDS)
-    return report([explored_room(seed) for seed in seeds], seeds)
+    return report(spread(explored_room, seeds), seeds)
 
 
 def report(outcomes: Sequence[Outcome], seeds: range) -> Report:

@@ -53,6 +53,7 @@ __all__ = [
     "outcome",
     "report",
     "shared_plan",
+    "within_gate",
 ]
 
 NAME = "accuracy_map"
@@ -97,7 +98,12 @@ class Outcome:
     @property
     def within(self) -> int:
         """How many poses are right by the gate of 3 standard deviations."""
-        return sum(d <= math.sqrt(float(chi2.ppf(GATE_SHARE, 3))) for d in self.distances)
+        return within_gate(self.distances)
+
+
+def within_gate(distances: Sequence[float]) -> int:
+    """How many of these, of poses in standard deviations, are within the gate of 3."""
+    return sum(d <= math.sqrt(float(chi2.ppf(GATE_SHARE, 3))) for d in distances)
 
 
 def measure(settings: Settings) -> Report:

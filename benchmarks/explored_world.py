@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from benchmarks.robot_report import report_of
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, Pose, PoseErrors, View
@@ -28,7 +29,6 @@ from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.pioneer.odometry import Odometry
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pose2 import Pose2, wrapped
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import World
@@ -121,23 +121,8 @@ class OdometryRobot:
         self.path.append((self.true.x, self.true.y))
 
     def _report(self) -> None:
-        counted, body = self._counted, self._body
-        difference = body.turning / ROBOT.turning_per_speed
-        report = ServerInformation(
-            x=round(counted.x / ROBOT.distance) % (1 << ROBOT.position_bits),
-            y=round(counted.y / ROBOT.distance) % (1 << ROBOT.position_bits),
-            heading=round(wrapped(counted.heading) / ROBOT.angle),
-            left=round((body.speed - difference) / ROBOT.speed),
-            right=round((body.speed + difference) / ROBOT.speed),
-            battery=120,
-            stall_left=False,
-            stall_right=False,
-            rear_bumpers=0,
-            front_bumpers=0,
-            control=0,
-            flags=1,
-            compass=0,
-        )
+        body = self._body
+        report = report_of(ROBOT, self._counted, body.speed, body.turning)
         self._odometry.update(report, self._time)
 
 

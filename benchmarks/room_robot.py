@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.robot_report import report_of
 from benchmarks.rooms import Room
 from facetlog.errors import DeviceTimeout
 from facetlog.perception.types import Image, Pose
@@ -19,9 +20,8 @@ from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.head.head import HeadLimits, HeadState
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pioneer.state import RobotState, StateMaker
-from facetlog.robot.pose2 import Pose2, wrapped
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import INCH
 from facetlog.robot.simulator.drive import Drive
@@ -39,7 +39,6 @@ HEIGHT = 0.24
 REPORT = 0.1
 # Seconds until a head has turned, and a picture has come.
 TURNED, CAME = 0.3, 0.1
-MOTORS_ON = 1
 
 
 class RoomRobot:
@@ -107,23 +106,8 @@ class RoomRobot:
 
     def _reported(self) -> RobotState:
         counted, body = self._drive.odometry, self._drive.body
-        difference = body.turning / KIND.turning_per_speed
-        report = ServerInformation(
-            x=round(counted.x / KIND.distance) % (1 << KIND.position_bits),
-            y=round(counted.y / KIND.distance) % (1 << KIND.position_bits),
-            heading=round(wrapped(counted.heading) / KIND.angle),
-            left=round((body.speed - difference) / KIND.speed),
-            right=round((body.speed + difference) / KIND.speed),
-            battery=120,
-            stall_left=False,
-            stall_right=False,
-            rear_bumpers=0,
-            front_bumpers=0,
-            control=0,
-            flags=MOTORS_ON,
-            compass=0,
-            sonar=self._sonars.readings(self._now, body.truth),
-        )
+        sonar = self._sonars.readings(self._now, body.truth)
+        report = report_of(KIND, counted, body.speed, body.turning, sonar)
         return self._maker.state(report, self._now)[0]
 
 

@@ -1,0 +1,36 @@
+"""What a simulated robot without a clock reports of its motion."""
+
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pioneer.server_information import ServerInformation, SonarReading
+from facetlog.robot.pose2 import Pose2, wrapped
+
+__all__ = ["report_of"]
+
+MOTORS_ON = 1
+
+
+def report_of(
+    kind: Parameters,
+    counted: Pose2,
+    speed: float,
+    turning: float,
+    sonar: tuple[SonarReading, ...] = (),
+) -> ServerInformation:
+    """The report of a robot that counted itself to a pose (m, rad) at a speed (m/s, rad/s)."""
+    difference = turning / kind.turning_per_speed
+    return ServerInformation(
+        x=round(counted.x / kind.distance) % (1 << kind.position_bits),
+        y=round(counted.y / kind.distance) % (1 << kind.position_bits),
+        heading=round(wrapped(counted.heading) / kind.angle),
+        left=round((speed - difference) / kind.speed),
+        right=round((speed + difference) / kind.speed),
+        battery=120,
+        stall_left=False,
+        stall_right=False,
+        rear_bumpers=0,
+        front_bumpers=0,
+        control=0,
+        flags=MOTORS_ON,
+        compass=0,
+        sonar=sonar,
+    )
