@@ -505,6 +505,24 @@ def test_a_browser_that_has_no_webgl_is_told_so(text: str, tmp_path: Path) -> No
     assert "it has no WebGL" in shown
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_a_page_that_listens_only_after_its_3d_view_spoke_asks_it_again(
+    text: str, tmp_path: Path
+) -> None:
+    head, script = text.rsplit("<script>", 1)
+    late = """<script>
+      addEventListener("message", () => setTimeout(() => {
+        const script = document.createElement("script");
+        script.textContent = document.querySelector("#late").textContent;
+        document.body.append(script);
+      }), { once: true });
+    </script>"""
+    text = head + late + '<script type="text/plain" id="late">' + script
+    until = "document.querySelector('#without-3d')"
+    assert "it has no WebGL" in _in_browser(text, tmp_path, until, graphics=("--disable-3d-apis",))
+
+
 def test_what_is_expected_in_vain_is_marked_as_on_the_command_line() -> None:
     small = _run(build("chair", {"width": 0.13, "depth": 0.13, "seat": 0.13, "height": 0.27}))
     (chair,) = contents(_subject(small))["best"]

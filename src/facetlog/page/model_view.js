@@ -109,8 +109,18 @@
       });
   }
 
+  // The page may not yet have listened when this was posted: it asks once it does.
+  let state = {};
+  function say(what) {
+    state = what;
+    parent.postMessage(state, "*");
+  }
   addEventListener("message", (event) => {
     if (event.source !== parent || !event.data) return;
+    if (event.data.ask) {
+      parent.postMessage(state, "*");
+      return;
+    }
     if (event.data.lit) lit = event.data.lit;
     if (event.data.shown) shown = event.data.shown;
     if (event.data.ground !== undefined) scene.background = new THREE.Color(event.data.ground);
@@ -139,7 +149,7 @@
   }, true);
   const canvas = document.createElement("canvas");
   if (!canvas.getContext("webgl2") && !canvas.getContext("webgl")) {
-    parent.postMessage({ blank: true }, "*");
+    say({ blank: true });
     return;
   }
   const wait = setInterval(() => {
@@ -151,6 +161,6 @@
     controls.addEventListener("change", write);
     addEventListener("resize", write);
     show();
-    parent.postMessage({ ready: true }, "*");
+    say({ ready: true });
   }, 50);
 })();

@@ -40,6 +40,7 @@
     if (event.data.blank) without3D();
     if (event.data.picked !== undefined) light(event.data.picked ? [event.data.picked] : []);
   });
+  tell({ ask: true });  // what it posted before anybody listened
   dark.addEventListener("change", dress);
   document.querySelectorAll(".kind").forEach((box) => box.addEventListener("change", dress));
   if (clear) clear.addEventListener("click", () => light([]));
