@@ -286,7 +286,9 @@ def draw(path: Path, found: Judged) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Prints the report, and with --fit keeps the maps."""
-    parser = settings_parser(f"python -m benchmarks.{NAME}", (__doc__ or "").split("\n\n")[0])
+    parser = settings_parser(
+        f"python -m benchmarks.knowledge.{NAME}", (__doc__ or "").split("\n\n")[0]
+    )
     parser.add_argument("--fit", action="store_true", help=f"write kb/{SHIPPED}")
     parser.add_argument("--picture", metavar="FILE", help="draw the reliability diagram")
     given = parser.parse_args(arguments)
