@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.kb.explaining.verdict import Recognition
+from facetlog.mapping.place import LOOKS_AT, Place
 from facetlog.mapping.placed_thing import PlacedThing, Said, placed_things
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
@@ -75,8 +76,17 @@ def block_world() -> World:
     return World((block,), world.floor, world.sun, name="block")
 
 
-def write_visit(folder: Path, first: float, *, count: int = 4, stated: bool = True) -> None:
-    """A collection's folder of rendered views of the block from neighbouring places."""
+def write_visit(
+    folder: Path,
+    first: float,
+    *,
+    count: int = 4,
+    stated: bool = True,
+    on_the_way: int | None = None,
+) -> None:
+    """A collection's folder of rendered views of the block from neighbouring places; of an explored
+    area, of which so many are `on_the_way` and the others look at the block, place 1.
+    """
     poses = []
     for k in range(count):
         angle = first + 0.45 * k
@@ -88,6 +98,9 @@ def write_visit(folder: Path, first: float, *, count: int = 4, stated: bool = Tr
     way = []
     for number, view in enumerate(views, start=1):
         taken = _taken(number, view)
+        if on_the_way is not None:
+            looks = Place(1, 0.0, 0.0, 0.2).to_json() if number > on_the_way else {LOOKS_AT: 0}
+            record.note({"result": "chosen", "image": view.name, **looks})
         record.add(taken, view.image)
         way.append((taken.time, taken.robot))
     (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")
