@@ -2,7 +2,8 @@
 
 Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
 renew the robot's lease in time. The pictures are read from the folder, where each is whole: one at
-a time while it grows (folder_judge.py), all at once at the end. Recordings are written there too.
+a time while it grows (folder_judge.py), all at once at the end, and of an area those of each place
+at once (area_judge.py). Recordings are written there too.
 """
 
 import os
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest, Needs
     from facetlog.folder_judge import FolderJudge
     from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.recordings.area_recording import AreaRecording
 
 __all__ = ["ViewVerdict", "ViewVerdicts", "verdict_of"]
 
@@ -37,6 +39,8 @@ _judges: "list[FolderJudge]" = []
 """Of the worker process: who judges, once its knowledge base is open."""
 _recorders: list[Recorders] = []
 """Of the worker process: the recordings that it writes."""
+_areas: "list[AreaRecording]" = []
+"""Of the worker process: what records an area, while that can be written."""
 _faults: list[str] = []
 """Of the worker process: why there is no recording, until that is said."""
 
@@ -183,6 +187,7 @@ def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Rec
     """In the worker: opens models and recordings once for all questions."""
     from facetlog.folder_judge import FolderJudge
     from facetlog.pipeline import open_models
+    from facetlog.recordings.area_recording import AreaRecording
 
     # Ctrl-C and Ctrl-Z end the collection; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -193,7 +198,10 @@ def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Rec
     except FacetlogError as exc:
         _faults.append(str(exc))
     base = open_models(models, trusted=trusted)
-    _judges.append(FolderJudge(folder, base, _recorders[0] if _recorders else None))
+    recorder = _recorders[0] if recordings and _recorders else None
+    _judges.append(FolderJudge(folder, base, recorder))
+    if recorder is not None:
+        _areas.append(AreaRecording(folder, base, recorder))
 
 
 def _end_with_parent() -> None:
@@ -205,8 +213,14 @@ def _end_with_parent() -> None:
 
 def _end_recordings() -> None:
     """In the worker: the recordings are whole afterwards, with all views that are there."""
+    from facetlog.mapping.place import is_area
+    from facetlog.robot.collecting.record import read_log
+
     with suppress(FacetlogError):  # as of a folder in which there is no view yet
-        _judges[0].so_far(sys.maxsize)
+        if not is_area(read_log(_judges[0].folder)):
+            _judges[0].so_far(sys.maxsize)
+        elif _areas:
+            _areas[0].rest()
     for recorder in _recorders:
         recorder.close()
 
@@ -250,15 +264,21 @@ def _explore(views: int, interest: "Interest") -> ViewVerdict:
 
 def _explore_place(names: tuple[str, ...], interest: "Interest") -> "tuple[ViewVerdict, ScenePart]":
     """In the worker: what some views of the folder show, and what is undecided of it."""
-    from facetlog.exploring.area_judge import place_verdict
+    from facetlog.exploring.area_judge import no_verdict, place_seen, verdict_on
 
-    judge = _judges[0]
+    judge, seen = _judges[0], None
     try:
-        if any(recorders.each for recorders in _recorders):
-            judge.so_far(sys.maxsize)  # recordings are of the recursion
+        seen = place_seen(judge.folder, names, judge.base)
+        verdict, part = verdict_on(seen, len(names), interest), seen.part
     except FacetlogError as exc:
-        return ViewVerdict(len(names), fault=str(exc)), _NOTHING
-    verdict, part = place_verdict(judge.folder, names, interest, judge.base)
+        verdict, part = no_verdict(len(names), exc)
+    if _areas:
+        try:
+            _areas[0].add(names, seen)
+        except FacetlogError as exc:
+            # The robot goes on without a recording; its end says so once more.
+            _faults.append(str(exc))
+            _areas.clear()
     return replace(verdict, problems=_problems(judge)), part
 
 

@@ -12,6 +12,7 @@ from facetlog.cli import main
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, read_world
+from tests.recordings.test_mcap_recording import messages
 
 AREA = (-1.0, -1.6, 4.2, 3.6)
 NOBODY = ["collect", "tcp:127.0.0.1:1", "-o"]
@@ -27,8 +28,6 @@ NOBODY = ["collect", "tcp:127.0.0.1:1", "-o"]
         (["--explore", "--area", "1,1,3,3"], "does not hold the robot, which stands at 0.00, 0.00"),
         (["--explore", "--area", "0,0,3,3", "--target", "1,1,0"], "--target does not go with"),
         (["--explore", "--area", "0,0,3,3", "--until", "box >= 60%"], "--until does not go with"),
-        (["--explore", "--area", "0,0,3,3", "--recognize"], "--recognize does not go with"),
-        (["--explore", "--area", "0,0,3,3", "--mcap", "a.mcap"], "facetlog record"),
         (["--explore", "--area", "0,0,3,3", "--keep-out", "0.5"], "--keep-out of an area is X,Y,"),
         (["--explore", "--area", "0,0,3,3", "--max-views", "2"], "a face needs 3 views"),
         (["--explore", "--area", "0,0,3,3", "--dry-run"], "holds no collection"),
@@ -61,7 +60,8 @@ def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFi
         try:
             addresses = station.addresses
             robot = ["collect", addresses.robot, "--camera", addresses.camera]
-            code = main([*robot, *options, "--speed", "0.5", "--max-views", "5"])
+            recorded = ["--recognize", "--mcap", str(tmp_path / "area.mcap")]
+            code = main([*robot, *options, *recorded, "--speed", "0.5", "--max-views", "5"])
         finally:
             station.stop()
             thread.join()
@@ -82,6 +82,10 @@ def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFi
     low, rows = mapped["floor"]["origin"], mapped["floor"]["rows"]
     assert low == pytest.approx(AREA[:2])
     assert len(rows) * mapped["floor"]["resolution"] == pytest.approx(AREA[3])
+    recording = messages(tmp_path / "area.mcap")
+    assert len(recording["/camera/image/compressed"]) == len(taken)
+    *_, (_, faces) = recording["/facetlog/faces"]
+    assert {marker.ns for marker in faces.markers if marker.points} == {"place 1 faces"}
 
     # No robot answers there: none is asked. What was looked at is not looked at again.
     code = main([*NOBODY, str(out), *options[:2], "--dry-run", "--json"])

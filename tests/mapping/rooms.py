@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.kb.explaining.verdict import Recognition
+from facetlog.mapping.place import LOOKS_AT, Place
 from facetlog.mapping.placed_thing import PlacedThing, Said, placed_things
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
@@ -68,36 +69,51 @@ def box_thing(
     )
 
 
-def block_world() -> World:
-    """A block of the paper's size, its middle at the world's origin, in inches."""
+def block_world(x: float = 0.0) -> World:
+    """A block of the paper's size, its middle so far along x from the world's origin, in inches."""
     world = make_world("empty")
-    block = placed(solid_cuboid(10.0, 8.0, 6.0, name="block"), 0.0, 0.0, yaw=0.4)
+    block = placed(solid_cuboid(10.0, 8.0, 6.0, name="block"), x, 0.0, yaw=0.4)
     return World((block,), world.floor, world.sun, name="block")
 
 
-def write_visit(folder: Path, first: float, *, count: int = 4, stated: bool = True) -> None:
-    """A collection's folder of rendered views of the block from neighbouring places."""
+def write_visit(
+    folder: Path,
+    first: float,
+    *,
+    count: int = 4,
+    stated: bool = True,
+    on_the_way: int | None = None,
+    x: float = 0.0,
+    began: float = 1e9,
+) -> None:
+    """A collection's folder of rendered views of the block from neighbouring places; of an explored
+    area, of which so many are `on_the_way` and the others look at the block, place 1. The block is
+    at `x` (m), the first view was taken a second after it `began`.
+    """
     poses = []
     for k in range(count):
         angle = first + 0.45 * k
-        place = [34.0 * math.cos(angle), 34.0 * math.sin(angle), 28.5]
-        poses.append(looking_at(place, [0.0, 0.0, 3.0]))
-    views = views_of(block_world(), poses, tour_camera(), noise_sd=3.0)
+        place = [x / INCH + 34.0 * math.cos(angle), 34.0 * math.sin(angle), 28.5]
+        poses.append(looking_at(place, [x / INCH, 0.0, 3.0]))
+    views = views_of(block_world(x / INCH), poses, tour_camera(), noise_sd=3.0)
     about = {"tour": "block", "start": [0.0, 0.0, 0.0], "start_stated": stated}
     record = Record(folder, Optics(tour_camera()), about)
     way = []
     for number, view in enumerate(views, start=1):
-        taken = _taken(number, view)
+        taken = _taken(number, view, began)
+        if on_the_way is not None:
+            looks = Place(1, 0.0, 0.0, 0.2).to_json() if number > on_the_way else {LOOKS_AT: 0}
+            record.note({"result": "chosen", "image": view.name, **looks})
         record.add(taken, view.image)
         way.append((taken.time, taken.robot))
     (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")
 
 
-def _taken(number: int, view: View) -> Taken:
+def _taken(number: int, view: View, began: float) -> Taken:
     pose = Pose(view.pose.rotation, view.pose.centre * INCH)
     x, y = pose.centre[:2].tolist()
     ahead = pose.rotation[:, 2]
     robot = Pose2(x, y, math.atan2(ahead[1], ahead[0]))
     cov = np.diag([1e-6] * 6)
     sharp = Quality(1.0, 1.0, 0.0)
-    return Taken(number, view.name, pose, cov, robot, robot, 0.0, 0.0, 0, 1e9 + number, sharp)
+    return Taken(number, view.name, pose, cov, robot, robot, 0.0, 0.0, 0, began + number, sharp)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,29 @@ def test_two_visits_of_one_block_make_one_thing_at_its_place(
     assert {each["visit"] for each in thing["sightings"]} == {"monday", "tuesday"}
     assert found["floor"]["areas"]["free"] > 0.5
     assert {path.name for path in out.iterdir()} >= {"map.png", "map.glb", "map.pgm", "map.yaml"}
+
+
+@pytest.mark.slow
+def test_a_thing_that_was_moved_is_where_the_later_visit_saw_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_visit(tmp_path / "monday", 1.0, count=5)
+    write_visit(tmp_path / "tuesday", 2.3, count=5, x=0.4, began=2e9)
+    assert main(["map", str(tmp_path / "tuesday"), str(tmp_path / "monday"), "--json"]) == 0
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    (thing,) = found["things"]
+    assert (thing["name"], thing["model"]) == ("m1", "box")
+    assert (thing["pose"]["x"], thing["pose"]["y"]) == pytest.approx((0.4, 0.0), abs=0.02)
+    assert [each["visit"] for each in thing["sightings"]] == ["tuesday", "monday"]
+    (note,) = found["notes"]
+    at = r"-?0\.\d\d, -?0\.\d\d m"
+    line = (
+        rf"m1 box was moved by 0\.\d\d m: seen at {at} \(monday\), where the floor is free since, "
+        rf"and later at {at} \(tuesday\)"
+    )
+    assert re.fullmatch(line, note)
+    assert note in told.err
 
 
 @pytest.fixture

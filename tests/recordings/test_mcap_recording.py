@@ -225,6 +225,28 @@ def test_faces_and_verdicts_are_markers_that_replace_those_before(
     assert len({(each.ns, each.id) for each in said}) == len(said)
 
 
+def test_what_is_known_at_one_place_of_an_area_stays_while_the_next_is_looked_at(
+    collected: Collection, tmp_path: Path
+) -> None:
+    path = tmp_path / "area.mcap"
+    recording = McapRecording(path)
+    first, second = collected.moments()
+    known = replace(first, scene=second.scene, recognition=second.recognition, place=1)
+    later = replace(second.taken, time=second.taken.time + 1.0)
+    for moment in (known, replace(second, place=2), replace(first, taken=later, way=())):
+        recording.add(moment)
+    recording.close()
+    found = messages(path)
+    for what in ("faces", "verdicts"):
+        groups = [{m.ns for m in each.markers if m.action == 0} for _, each in found[_topic(what)]]
+        both = {f"place 1 {what}", f"place 2 {what}"}
+        assert groups == [{f"place 1 {what}"}, both, both]
+
+
+def _topic(what: str) -> str:
+    return f"/facetlog/{what}"
+
+
 def test_the_folder_gives_the_same_recording_afterwards(
     collected: Collection, heard: ANSWERS, tmp_path: Path
 ) -> None:

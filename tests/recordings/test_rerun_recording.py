@@ -1,6 +1,7 @@
 """A collection in Rerun's form, read back by its reader."""
 
 import socket
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +61,23 @@ def test_views_corners_faces_and_verdicts_are_in_the_file(
     said = str(values("verdict", "TextDocument:text"))
     assert "is a box" in said
     assert len([v for v in values("world/robot", "Transform3D:translation") if v]) == 61
+
+
+def test_each_place_of_an_area_has_entities_of_its_own(
+    collected: Collection, tmp_path: Path
+) -> None:
+    path = tmp_path / "area.rrd"
+    recording = RerunRecording(str(path), "an area")
+    first, second = collected.moments()
+    recording.add(replace(first, scene=second.scene, recognition=second.recognition, place=1))
+    recording.add(replace(second, place=2))
+    recording.close()
+    found = columns(path)
+    for place in (1, 2):
+        assert f"world/place{place}/faces:LineStrips3D:strips" in found
+    (*_, said) = found["verdict:TextDocument:text"]
+    assert "place 1: t1 is a box" in str(said)
+    assert "place 2: t1 is a box" in str(said)
 
 
 def test_a_viewer_that_is_not_there_is_said_at_once() -> None:

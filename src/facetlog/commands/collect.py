@@ -14,9 +14,15 @@ from facetlog.commands.collect_area import (
     MAP_FOLDER,
     AreaOption,
     area_explorer,
-    area_tour,
     checked_area,
     mapped_area,
+)
+from facetlog.commands.collect_checks import (
+    asked_tour,
+    checked_explore,
+    checked_order,
+    circles_in,
+    last_place,
 )
 from facetlog.commands.collect_explored import (
     DEFAULT_MOST,
@@ -26,9 +32,7 @@ from facetlog.commands.collect_explored import (
     MostViews,
     Target,
     Until,
-    checked_goal,
     explorer_of,
-    target_tour,
 )
 from facetlog.commands.collect_explored import dry_run as say_next
 from facetlog.commands.map import map_lines
@@ -51,7 +55,6 @@ from facetlog.commands.robot_options import (
     checked_head,
     checked_speed,
     ended_by_signals,
-    numbers_in,
     optics_of,
     parsed_start,
 )
@@ -61,23 +64,19 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
-    from facetlog.commands.collect_area import Area
     from facetlog.exploring.area import AreaExplorer
     from facetlog.exploring.explorer import Explorer
     from facetlog.mapping.room_map import RoomMap
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.request import Request
-    from facetlog.robot.collecting.route import Circle
     from facetlog.robot.collecting.run import Collected
-    from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
     from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 __all__ = ["collect_command"]
 
 SCHEMA = "facetlog-collected/1"
-ORDERS = ("given", "short")
 # One view alone has no depth: of two on there is something to judge.
 LEAST_VIEWS = 2
 
@@ -147,20 +146,12 @@ def collect_command(
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
     from facetlog.robot.collecting.request import Request
 
-    if order not in ORDERS:
-        raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
+    short = checked_order(order, explore=explore)
     begin = parsed_start(start)
-    others = {
-        "--target": target,
-        "--until": until,
-        "--recognize": recognize,
-        "--mcap (facetlog record makes one of DIR)": mcap,
-        "--rerun (facetlog record makes one of DIR)": rerun,
-    }
     # A robot that goes on, or is not asked, stands elsewhere than where it began.
-    room = checked_area(area, None if dry_run else begin, others)
+    room = checked_area(area, None if dry_run else begin, {"--target": target, "--until": until})
     most = max_views or (DEFAULT_MOST if room is None else MOST_OF_AREA)
-    goal = _checked_explore(
+    goal = checked_explore(
         explore,
         tour,
         target,
@@ -170,8 +161,6 @@ def collect_command(
         dry_run,
         room is not None,
     )
-    if explore and order != "given":
-        raise InputError("--order is of a tour: leave it out with --explore")
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
     if explore and dry_run:
@@ -184,13 +173,13 @@ def collect_command(
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
-            f"stands now{_last_place(out)}"
+            f"stands now{last_place(out)}"
         )
     optics, of_file = optics_of(camera_file, None if tour in (None, "paper") else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
-        _asked_tour(tour, target, room, scale),
+        asked_tour(tour, target, room, scale),
         out,
         camera,
         optics,
@@ -202,8 +191,8 @@ def collect_command(
         head_unheard=head_unheard,
         latency=latency,
         noisy=not noiseless,
-        keep_out=_keep_out(keep_out),
-        short=order == "short",
+        keep_out=circles_in(keep_out),
+        short=short,
         speed=speed,
         resume=resume,
         model=model,
@@ -240,95 +229,6 @@ def collect_command(
     if explorer is not None and (goal is not None or room is not None):
         complete = explorer.reached
     return YES if complete else NO
-
-
-def _checked_explore(
-    explore: bool,
-    tour: str | None,
-    target: str | None,
-    until: str | None,
-    most: int,
-    keep_out: list[str] | None,
-    dry: bool,
-    of_area: bool,
-) -> "Goal | None":
-    """The goal, if there is one; InputError for options that do not go together."""
-    if not explore:
-        if tour is None:
-            raise InputError(
-                "give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS, or --explore "
-                "--area X,Y,W,H"
-            )
-        alone = {
-            "--target": target,
-            "--area": of_area or None,
-            "--until": until,
-            "--dry-run": dry or None,
-        }
-        for name in (name for name, value in alone.items() if value is not None):
-            raise InputError(f"{name} goes with --explore")
-        return None
-    if tour is not None:
-        raise InputError("--explore chooses the views itself: leave out --tour")
-    if of_area and keep_out and any("," not in each for each in keep_out):
-        raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
-    if not dry and not keep_out and not of_area:
-        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
-    return checked_goal(until, most)
-
-
-def _keep_out(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
-    """One radius about the target, or circles."""
-    from facetlog.robot.collecting.route import Circle
-
-    if not given:
-        return None
-    form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
-    circles = []
-    for text in given:
-        numbers = numbers_in(text, "--keep-out", form, 1, 3)
-        if numbers[-1] <= 0:
-            raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
-        if len(numbers) == 1 and len(given) == 1:
-            return numbers[0]
-        if len(numbers) == 1:
-            raise InputError(f"--keep-out {text!r:.40}: of several, each is X,Y,RADIUS")
-        circles.append(Circle(*numbers))
-    return tuple(circles)
-
-
-def _tour(name: str, scale: float | None) -> "Tour":
-    from facetlog.robot.collecting.tour_file import PAPER_TOUR, paper_tour, read_tour
-
-    return paper_tour() if name == PAPER_TOUR else read_tour(Path(name), unit=scale)
-
-
-def _asked_tour(
-    tour: str | None, target: str | None, area: "Area | None", scale: float | None
-) -> "Tour":
-    if tour is not None:
-        return _tour(tour, scale)
-    return target_tour(target) if area is None else area_tour(area)
-
-
-def _last_place(folder: Path) -> str:
-    """Where an earlier run left the robot, as a hint for --start; empty if it is not known."""
-    from facetlog.robot.collecting.record import read_log, read_record
-
-    try:
-        _, taken = read_record(folder)
-        last = read_log(folder)[-1].get("robot")
-    except InputError:
-        return ""
-    match last:
-        case [float(x), float(y), float(heading)]:
-            return f" (where it ended it was {x:.3f},{y:.3f},{heading:.1f})"
-    if not taken:
-        return ""
-    place = max(taken, key=lambda view: view.time).robot
-    return (
-        f" (at its last view it was {place.x:.3f},{place.y:.3f},{math.degrees(place.heading):.1f})"
-    )
 
 
 def _judging(

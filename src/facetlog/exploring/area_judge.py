@@ -1,6 +1,6 @@
 """What the views of one place show, while an area is explored."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,26 +14,53 @@ from facetlog.view_verdicts import ViewVerdict, verdict_of
 
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.pipeline import Recognised
 
-__all__ = ["place_verdict"]
+__all__ = ["PlaceSeen", "no_verdict", "place_seen", "place_verdict", "verdict_on"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaceSeen:
+    """What the views of one place show together: their judged scene, and things in the world."""
+
+    found: "Recognised"
+    part: ScenePart
+
+
+def place_seen(folder: Path, names: tuple[str, ...], base: "KnowledgeBase") -> PlaceSeen:
+    """What the views with these names of a collection's folder show, all at once; FacetlogError
+    where they make no scene.
+    """
+    from facetlog.perception.reading.read_views import read_views
+    from facetlog.pipeline import recognize_views
+
+    views = read_views(folder / TRANSFORMS_FILE)
+    own = [k for k, view in enumerate(views.views) if view.name in names]
+    look = chosen_views(views, own, views.name)
+    found = recognize_views(look.views, base=base, clock=StepClock())
+    return PlaceSeen(found, part_of(found, look, views.name))
 
 
 def place_verdict(
     folder: Path, names: tuple[str, ...], interest: Interest, base: "KnowledgeBase"
 ) -> tuple[ViewVerdict, ScenePart]:
-    """The verdict on the views with these names of a collection's folder, all at once, with what is
-    undecided, and the things that they show, in the world. A fault is in the verdict.
+    """The verdict on the views with these names, with what is undecided, and the things that they
+    show, in the world. A fault is in the verdict.
     """
-    from facetlog.perception.reading.read_views import read_views
-    from facetlog.pipeline import recognize_views
-
     try:
-        found = read_views(folder / TRANSFORMS_FILE)
-        own = [k for k, view in enumerate(found.views) if view.name in names]
-        look = chosen_views(found, own, found.name)
-        seen = recognize_views(look.views, base=base, clock=StepClock())
-        needs = needs_of(seen.scene, seen.recognition, interest)
-        part = part_of(seen, look, found.name)
+        seen = place_seen(folder, names, base)
+        return verdict_on(seen, len(names), interest), seen.part
     except FacetlogError as exc:
-        return ViewVerdict(len(names), fault=str(exc)), ScenePart((), ())
-    return replace(verdict_of(seen.recognition, len(names), degrees=True), needs=needs), part
+        return no_verdict(len(names), exc)
+
+
+def verdict_on(seen: PlaceSeen, views: int, interest: Interest) -> ViewVerdict:
+    """The verdict on what so many views of a place show, with what is undecided."""
+    recognition = seen.found.recognition
+    needs = needs_of(seen.found.scene, recognition, interest)
+    return replace(verdict_of(recognition, views, degrees=True), needs=needs)
+
+
+def no_verdict(views: int, fault: FacetlogError) -> tuple[ViewVerdict, ScenePart]:
+    """Why so many views of a place have no verdict; they show no things."""
+    return ViewVerdict(views, fault=str(fault)), ScenePart((), ())

@@ -24,7 +24,7 @@ from facetlog.perception.scene import SeenLattice
 from facetlog.perception.types import FloatArray
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["RESOLUTION", "Cell", "FloorGrid", "Seen", "floor_grid"]
+__all__ = ["RESOLUTION", "Cell", "FloorGrid", "Seen", "floor_grid", "shown_points"]
 
 RESOLUTION = 0.05
 """The side of a cell, metres, as maps of robots usually have it."""
@@ -106,7 +106,7 @@ def floor_grid(
     area: tuple[float, float, float, float] | None = None,
 ) -> FloorGrid:
     """The floor of what was seen, or of an `area`: x and y of its lowest corner, width, height."""
-    coarse = [_shown(lattice, np.inf) for lattice in seen.lattices]
+    coarse = [shown_points(lattice, np.inf) for lattice in seen.lattices]
     low, high = _extent(seen, coarse) if area is None else _corners(area)
     first = np.floor(low / side).astype(int) - (0 if area else BORDER)
     columns, rows = (np.ceil(high / side).astype(int) + (0 if area else BORDER) - first).tolist()
@@ -124,13 +124,13 @@ def floor_grid(
     cells[counts.echoed] = Cell.OCCUPIED
     free = canvas.bodies(seen.way, seen.radius)
     for lattice in seen.lattices:
-        free |= canvas.holding(_shown(lattice, side))
+        free |= canvas.holding(shown_points(lattice, side))
     cells[free] = Cell.FREE
     cells[canvas.filled(seen.plans)] = Cell.OCCUPIED
     return FloorGrid(cells, lowest, side)
 
 
-def _shown(lattice: SeenLattice, side: float) -> FloatArray:
+def shown_points(lattice: SeenLattice, side: float) -> FloatArray:
     """Points (n, 2) of the floor that are shown, as dense as cells ask for."""
     shown = lattice.shown.any(axis=0)
     at = np.argwhere(shown)

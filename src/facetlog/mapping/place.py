@@ -11,7 +11,7 @@ import shapely
 
 from facetlog.mapping.placed_thing import PlacedThing
 
-__all__ = ["LOOKS_AT", "OVERHANG", "Place", "places_of", "thing_at"]
+__all__ = ["LOOKS_AT", "OVERHANG", "Place", "is_area", "places_of", "thing_at"]
 
 LOOKS_AT = "looks_at"
 """Of a line of collect.jsonl about a choice in an area: the number of the place that its view looks
@@ -53,6 +53,11 @@ def places_of(lines: Iterable[Mapping[str, object]]) -> tuple[Place, ...]:
                 names = tuple(dict.fromkeys((*place.names, name)))
                 found[number] = replace(place, names=names)
     return tuple(found[number] for number in sorted(found))
+
+
+def is_area(lines: Iterable[Mapping[str, object]]) -> bool:
+    """Whether lines of collect.jsonl are of an area that was explored."""
+    return any(LOOKS_AT in line for line in lines)
 
 
 def thing_at(place: Place, things: Sequence[PlacedThing]) -> PlacedThing | None:

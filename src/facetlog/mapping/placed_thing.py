@@ -71,6 +71,9 @@ class PlacedThing:
     """Triangles (n, 3, 3) that fill its faces, counter-clockwise from outside."""
     place: int = 0
     """The number of the place of an explored area at which it was looked at; 0 of no such one."""
+    when: tuple[float, float] = (0.0, 0.0)
+    """When the first and the last of its views were taken, seconds since 1970; 0 where nobody
+    said."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "common", frozen(self.common, 3, 3))

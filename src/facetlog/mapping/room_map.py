@@ -3,11 +3,13 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError, InputError
 from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
+from facetlog.mapping.moved_thing import Looks, Moved, without_moved
 from facetlog.mapping.place import thing_at
 from facetlog.mapping.placed_thing import PlacedThing, placed_things
 from facetlog.mapping.same_thing import Clash, MappedThing, merged
@@ -26,10 +28,13 @@ __all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_pa
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ScenePart:
-    """What one scene gives to a map: its things in the world, and the ground that it shows."""
+    """What one scene gives to a map: its things in the world, the ground that it shows, and when
+    the views of each lattice were taken, where that is known (seconds since 1970).
+    """
 
     things: tuple[PlacedThing, ...]
     lattices: tuple[SeenLattice, ...]
+    times: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,14 +103,17 @@ def mapped_room(
     notes: Iterable[str] = (),
 ) -> RoomMap:
     """The map of visits, of which the scenes are there already."""
-    things, clashes = merged(thing for part in parts for thing in part.things)
+    there, clashes = merged(thing for part in parts for thing in part.things)
+    beams = tuple(beam for visit in visits for beam in visit.driven.beams)
+    timed = (zip(part.lattices, part.times, strict=True) for part in parts if part.times)
+    things, moved = without_moved(there, Looks(tuple(chain.from_iterable(timed)), beams))
     way = tuple(place for visit in visits for place in visit.way)
     seen = Seen(
         tuple(lattice for part in parts for lattice in part.lattices),
         way,
         max((visit.driven.radius for visit in visits), default=0.0),
         tuple(thing.best.plan for thing in things),
-        tuple(beam for visit in visits for beam in visit.driven.beams),
+        beams,
     )
     return RoomMap(
         tuple(names),
@@ -113,7 +121,7 @@ def mapped_room(
         floor_grid(seen, side, area),
         tuple(visit.way for visit in visits),
         tuple(view for visit in visits for view in visit.taken),
-        (*notes, *map(_clash_line, clashes)),
+        (*notes, *map(_clash_line, clashes), *map(_moved_line, moved)),
     )
 
 
@@ -126,16 +134,22 @@ def scene_part(look: Look, visit: str, base: "KnowledgeBase") -> ScenePart:
 
 def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
     """What the scene of one place gives to a map."""
-    errors = look.errors
+    errors, ground = look.errors, found.scene.seen_ground
+    things = placed_things(
+        found.scene,
+        found.recognition,
+        visit,
+        () if errors is None else errors.poses,
+        None if errors is None else errors.covariances,
+    )
+    if not look.times:
+        return ScenePart(things, ground)
+    at = [look.times[name] for name in found.scene.views]
+    when = min(at), max(at)
     return ScenePart(
-        placed_things(
-            found.scene,
-            found.recognition,
-            visit,
-            () if errors is None else errors.poses,
-            None if errors is None else errors.covariances,
-        ),
-        found.scene.seen_ground,
+        tuple(replace(thing, when=when) for thing in things),
+        ground,
+        tuple(tuple(at[view] for view in lattice.views) for lattice in ground),
     )
 
 
@@ -154,12 +168,27 @@ def _names(visits: Sequence[Visit]) -> list[str]:
     ]
 
 
+def _moved_line(moved: Moved) -> str:
+    before, now = moved.before.best, moved.now.best
+    one, other = before.source[0], now.source[0]
+    seen, later = (f" ({one})", f" ({other})") if one != other else ("", "")
+    return (
+        f"{moved.now.name} {moved.now.model} was moved by {moved.off:.2f} m: seen at {_at(before)}"
+        f"{seen}, where the floor is free since, and later at {_at(now)}{later}"
+    )
+
+
+def _at(thing: PlacedThing) -> str:
+    # Without the sign of what is less than 0 by a rounding.
+    x, y = (round(float(each), 2) + 0.0 for each in thing.pose[:2])
+    return f"{x:.2f}, {y:.2f} m"
+
+
 def _clash_line(clash: Clash) -> str:
     one, other = clash.one, clash.other
     what = one.said[0].model if one.said else "thing"
-    x, y = one.pose[:2].tolist()
     return (
-        f"{other.source[0]} has the {what} at {x:.2f}, {y:.2f} m "
+        f"{other.source[0]} has the {what} at {_at(one)} "
         f"{clash.off:.2f} m and {math.degrees(clash.turned):.0f}° elsewhere than "
         f"{one.source[0]}, {clash.distance:.1f} standard deviations: it was moved, or the worlds "
         "of the two are not one (--start)"

@@ -17,16 +17,26 @@ from facetlog.mapping.placed_thing import PlacedThing
 from facetlog.mapping.plan_box import PlanBox
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Clash", "MappedThing", "distance", "fused", "merged"]
+__all__ = [
+    "MOST",
+    "REACH_SDS",
+    "Clash",
+    "MappedThing",
+    "alike",
+    "cov_between",
+    "distance",
+    "fused",
+    "merged",
+]
 
 # The gate: of one thing's poses and sizes 3 in 1,000 are farther apart by chance, as of 3 sd.
 GATE_SHARE = 0.9973
 GATE_SDS = 3.0
-# More than this share of the lesser of two things lies within the other: then they are one. What
-# shows more than this share of a thing's surface shows what it is.
 MOST = 0.5
-# What two surfaces that meet may share by their noise alone: so many standard deviations.
+"""More than this share of the lesser of two things lies within the other: then they are one. What
+shows more than this share of a thing's surface shows what it is."""
 REACH_SDS = 3.0
+"""What two surfaces that meet may share by their noise alone: so many standard deviations."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,6 +84,13 @@ def _told_apart(one: PlacedThing, other: PlacedThing) -> bool:
 
 
 def _cov_apart(one: PlacedThing, other: PlacedThing) -> FloatArray:
+    """The same as `cov_between`; of what was told apart within a visit without what drifted."""
+    if _told_apart(one, other):
+        return np.asarray(one.box.cov[:3, :3] + other.box.cov[:3, :3])
+    return cov_between(one, other)
+
+
+def cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
     """The covariance (3, 3) of how far two estimates of one thing's pose are apart.
 
     Those of two visits are independent, or else nearer: errors that both have in common are counted
@@ -84,8 +101,6 @@ def _cov_apart(one: PlacedThing, other: PlacedThing) -> FloatArray:
     if one.source[0] != other.source[0]:
         return np.asarray(one.cov + other.cov)
     own: FloatArray = one.box.cov[:3, :3] + other.box.cov[:3, :3]
-    if _told_apart(one, other):
-        return own
     values, vectors = np.linalg.eigh(other.common - one.common)
     if values.sum() < 0:
         values = -values
@@ -113,7 +128,7 @@ def merged(
                 group.append(thing)
                 break
             if _shared(first, thing) > MOST:
-                if first.source[0] != thing.source[0] and _alike(first, thing):
+                if first.source[0] != thing.source[0] and alike(first, thing):
                     clashes.append(_clash(first, thing))
                     group[0] = _where_surer(first, thing)
                 group.append(thing)
@@ -157,10 +172,10 @@ def _is_same(one: PlacedThing, other: PlacedThing) -> bool:
     if _told_apart(one, other):
         return False
     gate = math.sqrt(float(chi2.ppf(GATE_SHARE, 3)))
-    return _alike(one, other) and distance(one, other) <= gate
+    return alike(one, other) and distance(one, other) <= gate
 
 
-def _alike(one: PlacedThing, other: PlacedThing) -> bool:
+def alike(one: PlacedThing, other: PlacedThing) -> bool:
     """Whether the sizes agree; of plans that may be turned by a quarter, either way round."""
     first = _lengths(one)
     quarter = min(one.box.turns_alike, other.box.turns_alike) < math.pi

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -24,13 +24,16 @@ NEAREST = 0.12
 
 @dataclass(frozen=True, slots=True)
 class Beam:
-    """One measurement: from where in the world, which way, how far, and whether anything echoed."""
+    """One measurement: from where in the world, which way, how far, whether anything echoed, and
+    when: seconds since 1970 of a log, else by the clock of the robot's reports.
+    """
 
     x: float
     y: float
     heading: float
     range: float
     echo: bool
+    at: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +56,12 @@ def driven(folder: Path, starts: tuple[tuple[float, Pose2], ...]) -> Driven:
         return Driven()
     beams: list[Beam] = []
     radius = 0.0
-    for session, start in _sessions(path, starts):
+    for session, start, since in _sessions(path, starts):
         opened: list[Connected] = []
         try:
             for beam in _beams(path, session, start, opened):
-                beams.append(beam)  # noqa: PERF402 - what came before a fault is kept
+                # One by one: what came before a fault is kept.
+                beams += (replace(beam, at=since + beam.at),)
         except DeviceError:
             pass  # a session that ends before its first report
         if opened:
@@ -89,11 +93,16 @@ def new_beams(
             continue
         at = robot.compose(Pose2(place.x, place.y, place.heading))
         farthest = sonar.range >= FARTHEST
-        yield Beam(at.x, at.y, at.heading, min(sonar.range, FARTHEST), not farthest)
+        reach = min(sonar.range, FARTHEST)
+        yield Beam(at.x, at.y, at.heading, reach, not farthest, sonar.at)
 
 
-def _sessions(path: Path, starts: tuple[tuple[float, Pose2], ...]) -> Iterator[tuple[int, Pose2]]:
-    """The session of each run: the last one that was opened before the run began."""
+def _sessions(
+    path: Path, starts: tuple[tuple[float, Pose2], ...]
+) -> Iterator[tuple[int, Pose2, float]]:
+    """The session of each run: the last one that was opened before the run began, where the robot
+    stood, and at which time (seconds since 1970) the session's clock was at 0.
+    """
     try:
         lines = read_regular_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as exc:
@@ -103,10 +112,12 @@ def _sessions(path: Path, starts: tuple[tuple[float, Pose2], ...]) -> Iterator[t
         if '"start"' not in line:
             continue
         try:
-            opened.append(datetime.fromisoformat(str(json.loads(line)["start"])).timestamp())
+            about = json.loads(line)
+            began = datetime.fromisoformat(str(about["start"])).timestamp()
+            opened.append((began, began - float(about["at"])))
         except (ValueError, KeyError, TypeError) as exc:
             raise InputError(f"{path}:{number}: is no line of a traffic log") from exc
     for began, start in starts:
-        before = [k for k, at in enumerate(opened) if at <= began]
+        before = [k for k, (at, _) in enumerate(opened) if at <= began]
         if before:
-            yield before[-1], start
+            yield before[-1], start, opened[before[-1]][1]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,12 +118,13 @@ def check_aligned(visits: Sequence[Visit]) -> None:
 class Look:
     """Views that look at one place, with their poses corrected by the pictures, which are as sure
     as beside the first of them; `errors` are those in the world, and `place` is which it is, if the
-    collection says it.
+    collection says it. `times` are when each was taken, by its name, seconds since 1970.
     """
 
     views: "ViewSet"
     errors: "PoseErrors | None"
     place: Place | None = None
+    times: Mapping[str, float] = field(default_factory=dict)
 
 
 def grouped_views(visit: Visit) -> tuple[Look, ...]:
@@ -135,12 +136,14 @@ def grouped_views(visit: Visit) -> tuple[Look, ...]:
     found = read_views(visit.folder / TRANSFORMS_FILE)
     groups = _groups(visit, found)
     looks = []
+    times = {view.name: view.time for view in visit.taken}
     for number, own in enumerate(groups, start=1):
         if len(own) < FEWEST_VIEWS:
             continue
         name = found.name if len(groups) == 1 else f"{found.name}-{number}"
         look = chosen_views(found, own, name)
-        looks.append(replace(look, place=visit.places[number - 1] if visit.places else None))
+        place = visit.places[number - 1] if visit.places else None
+        looks.append(replace(look, place=place, times=times))
     return tuple(looks)
 
 

@@ -21,7 +21,7 @@ import math
 import shutil
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -34,6 +34,10 @@ from facetlog.recordings.on_scene import face_loops, verdict_places
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.perception.scene import Scene
 
 try:
     from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
@@ -96,6 +100,8 @@ class McapRecording:
         self._start: Pose2 | None = None
         self._sure = OdometryCovariance()
         self._views = 0
+        # Of each place of an area, of a tour of 0: a viewer shows the last markers of a topic.
+        self._known: dict[int, tuple[Scene, Recognition | None]] = {}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self._folder, ignore_errors=True)
@@ -199,33 +205,37 @@ class McapRecording:
                 covariance=np.ascontiguousarray(view.covariance, dtype=np.float64).ravel(),
             ),
         )
-        self._write("/facetlog/faces", at, markers=self._faces(moment))
+        if moment.scene is not None:
+            self._known[moment.place] = moment.scene, moment.recognition
+        self._write("/facetlog/faces", at, markers=self._faces(at))
         if moment.candidates:
             self._write("/facetlog/candidates", at, markers=self._candidates(moment))
-        if moment.recognition is not None:
-            self._write("/facetlog/verdicts", at, markers=self._verdicts(moment))
+        if any(recognition is not None for _, recognition in self._known.values()):
+            self._write("/facetlog/verdicts", at, markers=self._verdicts(at))
 
-    def _faces(self, moment: Moment) -> list[Any]:
-        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
-        if moment.scene is None:
-            return markers
-        for number, (face, loop) in enumerate(face_loops(moment.scene)):
-            points = [self._make("geometry_msgs/msg/Point", **_xyz(p)) for p in (*loop, loop[0])]
-            colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
-            markers.append(
-                self._marker(at, "faces", number, LINE_STRIP, colour, LINE_WIDTH, points=points)
-            )
+    def _faces(self, at: float) -> list[Any]:
+        markers = [self._cleared(at)]
+        for place, (scene, _) in self._known.items():
+            group = _group("faces", place)
+            for number, (face, loop) in enumerate(face_loops(scene)):
+                outline = (*loop, loop[0])
+                points = [self._make("geometry_msgs/msg/Point", **_xyz(p)) for p in outline]
+                colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
+                markers.append(
+                    self._marker(at, group, number, LINE_STRIP, colour, LINE_WIDTH, points=points)
+                )
         return markers
 
-    def _verdicts(self, moment: Moment) -> list[Any]:
-        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
-        if moment.scene is None or moment.recognition is None:
-            return markers
-        for number, (said, place) in enumerate(verdict_places(moment.scene, moment.recognition)):
-            kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
-            markers.append(
-                self._marker(at, "verdicts", number, kind, INK, size, text=said, place=place)
-            )
+    def _verdicts(self, at: float) -> list[Any]:
+        markers = [self._cleared(at)]
+        for place, (scene, recognition) in self._known.items():
+            if recognition is None:
+                continue
+            group, kind, size = _group("verdicts", place), TEXT_VIEW_FACING, TEXT_HEIGHT
+            for number, (said, middle) in enumerate(verdict_places(scene, recognition)):
+                markers.append(
+                    self._marker(at, group, number, kind, INK, size, text=said, place=middle)
+                )
         return markers
 
     def _candidates(self, moment: Moment) -> list[Any]:
@@ -365,6 +375,11 @@ class McapRecording:
         kind = TOPICS[topic]
         data = self._store.serialize_cdr(self._make(kind, **fields), kind)
         self._writer.write(self._topics[topic], _nanoseconds(at), data)
+
+
+def _group(what: str, place: int) -> str:
+    """The markers' namespace for what was seen at a place of an area, 0 of a tour."""
+    return f"place {place} {what}" if place else what
 
 
 def _nanoseconds(at: float) -> int:

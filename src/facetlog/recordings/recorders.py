@@ -80,10 +80,15 @@ def record_collection(folder: Path, recordings: Recordings, base: "KnowledgeBase
     InputError if the folder holds no collection.
     """
     from facetlog.folder_judge import FolderJudge
-    from facetlog.robot.collecting.record import read_record
+    from facetlog.mapping.place import is_area
+    from facetlog.recordings.area_recording import AreaRecording
+    from facetlog.robot.collecting.record import read_log, read_record
 
     _, views = read_record(folder)
     with closing(recordings.open(folder.resolve().name)) as recorders:
+        if is_area(read_log(folder)):
+            AreaRecording(folder, base, recorders).rest()
+            return len(views)
         judge = FolderJudge(folder, base, recorders)
         for count in range(1, len(views) + 1):
             judge.so_far(count)

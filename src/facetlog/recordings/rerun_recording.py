@@ -50,6 +50,8 @@ class RerunRecording:
     def __init__(self, target: str, name: str) -> None:
         target = rerun_target(target)
         self._way: list[tuple[float, float, float]] = []
+        # What holds at each place of an area, of a tour at place 0.
+        self._said: dict[int, list[str]] = {}
         self._stream = rr.RecordingStream("facetlog", recording_id=None)
         try:
             if target == LIVE:
@@ -82,7 +84,7 @@ class RerunRecording:
         self._log_camera(moment)
         self._log_candidates(moment)
         if moment.scene is not None:
-            self._log_scene(moment.scene)
+            self._log_scene(moment.scene, moment.place)
         if moment.recognition is not None:
             self._log_verdicts(moment)
 
@@ -125,20 +127,20 @@ class RerunRecording:
             )
             self._stream.log(f"world/{entity}", balls)
 
-    def _log_scene(self, scene: "Scene") -> None:
+    def _log_scene(self, scene: "Scene", place: int) -> None:
         covs = np.array([vertex.cov for vertex in scene.vertices]).reshape(-1, 3, 3)
         axes, turns, largest = _ellipsoids(covs)
         self._stream.log(
-            "world/corners",
+            _entity("world", place, "corners"),
             rr.Ellipsoids3D(
                 centers=scene.points, half_sizes=SDS * axes, quaternions=turns, colors=[WAY]
             ),
         )
         if len(covs):
-            self._stream.log("largest_sd_mm", rr.Scalars([1e3 * largest]))
+            self._stream.log(_entity("largest_sd_mm", place), rr.Scalars([1e3 * largest]))
         faces = list(face_loops(scene))
         self._stream.log(
-            "world/faces",
+            _entity("world", place, "faces"),
             rr.LineStrips3D(
                 [np.vstack([loop, loop[:1]]) for _, loop in faces],
                 colors=[
@@ -154,15 +156,27 @@ class RerunRecording:
             return
         said = list(verdict_places(scene, found))
         self._stream.log(
-            "world/verdicts",
+            _entity("world", moment.place, "verdicts"),
             rr.Points3D(
-                [place for _, place in said], labels=[text for text, _ in said], colors=[INK]
+                [middle for _, middle in said], labels=[text for text, _ in said], colors=[INK]
             ),
         )
-        lines = [text for text, _ in said] or ["no model matches"]
+        self._said[moment.place] = [text for text, _ in said] or ["no model matches"]
+        lines = [
+            f"place {place}: {text}" if place else text
+            for place, texts in sorted(self._said.items())
+            for text in texts
+        ]
         self._stream.log("verdict", rr.TextDocument("\n".join(lines)))
         for verdict in found.best:
-            self._stream.log(f"sure/{verdict.model}", rr.Scalars([verdict.sure]))
+            self._stream.log(
+                _entity("sure", moment.place, verdict.model), rr.Scalars([verdict.sure])
+            )
+
+
+def _entity(root: str, place: int, *parts: str) -> str:
+    """The path of what is known at a place of an area, 0 of a tour: other places keep theirs."""
+    return "/".join((root, *((f"place{place}",) if place else ()), *parts))
 
 
 def _check_viewer(address: str) -> None:

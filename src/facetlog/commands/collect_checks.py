@@ -1,0 +1,117 @@
+"""Which options of `facetlog collect` go together, and what they say is driven."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.commands.collect_area import Area, area_tour
+from facetlog.commands.collect_explored import checked_goal, target_tour
+from facetlog.commands.robot_options import numbers_in
+from facetlog.errors import InputError
+
+if TYPE_CHECKING:
+    from facetlog.robot.collecting.route import Circle
+    from facetlog.robot.collecting.tour_file import Tour
+    from facetlog.stream import Goal
+
+__all__ = ["asked_tour", "checked_explore", "checked_order", "circles_in", "last_place"]
+
+ORDERS = ("given", "short")
+
+
+def checked_order(order: str, *, explore: bool) -> bool:
+    """Whether a tour's order is to be short; InputError for another word, or without a tour."""
+    if order not in ORDERS:
+        raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
+    if explore and order != "given":
+        raise InputError("--order is of a tour: leave it out with --explore")
+    return order == "short"
+
+
+def checked_explore(
+    explore: bool,
+    tour: str | None,
+    target: str | None,
+    until: str | None,
+    most: int,
+    keep_out: list[str] | None,
+    dry: bool,
+    of_area: bool,
+) -> "Goal | None":
+    """The goal, if there is one; InputError for options that do not go together."""
+    if not explore:
+        if tour is None:
+            raise InputError(
+                "give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS, or --explore "
+                "--area X,Y,W,H"
+            )
+        alone = {
+            "--target": target,
+            "--area": of_area or None,
+            "--until": until,
+            "--dry-run": dry or None,
+        }
+        for name in (name for name, value in alone.items() if value is not None):
+            raise InputError(f"{name} goes with --explore")
+        return None
+    if tour is not None:
+        raise InputError("--explore chooses the views itself: leave out --tour")
+    if of_area and keep_out and any("," not in each for each in keep_out):
+        raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
+    if not dry and not keep_out and not of_area:
+        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
+    return checked_goal(until, most)
+
+
+def circles_in(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
+    """One radius about the target, or circles."""
+    from facetlog.robot.collecting.route import Circle
+
+    if not given:
+        return None
+    form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
+    circles = []
+    for text in given:
+        numbers = numbers_in(text, "--keep-out", form, 1, 3)
+        if numbers[-1] <= 0:
+            raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
+        if len(numbers) == 1 and len(given) == 1:
+            return numbers[0]
+        if len(numbers) == 1:
+            raise InputError(f"--keep-out {text!r:.40}: of several, each is X,Y,RADIUS")
+        circles.append(Circle(*numbers))
+    return tuple(circles)
+
+
+def _tour(name: str, scale: float | None) -> "Tour":
+    from facetlog.robot.collecting.tour_file import PAPER_TOUR, paper_tour, read_tour
+
+    return paper_tour() if name == PAPER_TOUR else read_tour(Path(name), unit=scale)
+
+
+def asked_tour(
+    tour: str | None, target: str | None, area: "Area | None", scale: float | None
+) -> "Tour":
+    if tour is not None:
+        return _tour(tour, scale)
+    return target_tour(target) if area is None else area_tour(area)
+
+
+def last_place(folder: Path) -> str:
+    """Where an earlier run left the robot, as a hint for --start; empty if it is not known."""
+    from facetlog.robot.collecting.record import read_log, read_record
+
+    try:
+        _, taken = read_record(folder)
+        last = read_log(folder)[-1].get("robot")
+    except InputError:
+        return ""
+    match last:
+        case [float(x), float(y), float(heading)]:
+            return f" (where it ended it was {x:.3f},{y:.3f},{heading:.1f})"
+    if not taken:
+        return ""
+    place = max(taken, key=lambda view: view.time).robot
+    return (
+        f" (at its last view it was {place.x:.3f},{place.y:.3f},{math.degrees(place.heading):.1f})"
+    )
