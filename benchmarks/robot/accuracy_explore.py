@@ -2,8 +2,9 @@
 
 Worlds with a thing and clutter beside it, starts anywhere round it, seeds in turn; the robot's
 wheels slip as those of the simulated robot do (explored_world.py). `explore` chooses views as
-`facetlog collect --explore` does, without a goal, so it decides itself when to end; `random` takes
-as many views from the same candidates by chance, after the same first ones; `ring 8` and `ring 24`
+`facetlog collect --explore` does, without a goal, so it decides itself when to end; `until` does
+with the thing's own name as the goal, `--until "table >= 80%"`; `random` takes as many views as
+`explore` from the same candidates by chance, after the same first ones; `ring 8` and `ring 24`
 drive round once, evenly. All views of a run are judged at once, with the poses corrected by the
 pictures. Keep-out circle and rings are as large as the thing's real size asks for: models of
 furniture are looked at by a robot as small as they are, and metres are those of that robot.
@@ -28,6 +29,7 @@ from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import open_models, recognize_views
 from facetlog.robot.collecting.next_stop import Chosen, Finished
+from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdict
 
 __all__ = [
@@ -46,9 +48,11 @@ __all__ = [
 
 NAME = "accuracy_explore"
 SEEDS = 10
-WORLDS = ("block", "table", "chair", "stool", "desk")
+# Worlds, and the name that `until` asks for there.
+WORLDS = {"block": "box", "table": "table", "chair": "chair", "stool": "stool", "desk": "desk"}
 MOST = 24
-WAYS = ("explore", "random", "ring 8", "ring 24")
+WAYS = ("explore", "until", "random", "ring 8", "ring 24")
+WANTED = 0.8  # the degree of `until`
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,18 +133,20 @@ def _row(way: str, trials: Sequence[Trial]) -> dict[str, Cell]:
 
 def trials_of(name: str, seed: int) -> list[Trial]:
     """One run by each way."""
-    drive = ExploredWorld(name, seed)
+    drive, until = ExploredWorld(name, seed), ExploredWorld(name, seed)
     explored(drive)
+    explored(until, Goal(WORLDS[name], WANTED))
     return [
         _trial(drive, "explore"),
+        _trial(until, "until"),
         _trial(random_views(name, seed, len(drive.views)), "random"),
         *(_trial(_ring(name, seed, count), f"ring {count}") for count in (8, 24)),
     ]
 
 
-def explored(drive: ExploredWorld) -> Finished:
-    """Lets a robot explore without a goal; why it ended."""
-    explorer = Explorer(_judge(drive), most=MOST)
+def explored(drive: ExploredWorld, goal: Goal | None = None) -> Finished:
+    """Lets a robot explore; why it ended."""
+    explorer = Explorer(_judge(drive), goal=goal, most=MOST)
     while isinstance(found := explorer.next_stop(drive.around, tuple(drive.taken)), Chosen):
         wanted = found.stop.robot
         candidates = drive.around.candidates(len(drive.taken) + 1)
