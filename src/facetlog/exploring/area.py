@@ -13,21 +13,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from facetlog.counted import many
-from facetlog.exploring.area_floor import (
-    CLEARANCE,
-    LEAST_FLOOR,
-    SIDE,
-    Area,
-    AreaFloor,
-    KeptOff,
-)
+from facetlog.exploring.area_end import at, end_of_area
+from facetlog.exploring.area_floor import CLEARANCE, SIDE, Area, AreaFloor, KeptOff
 from facetlog.exploring.area_groups import Group, Rings
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
-from facetlog.exploring.on_the_way import arriving, view_on_the_way
-from facetlog.exploring.unseen_floor import best_sweep, shown_from
+from facetlog.exploring.on_the_way import view_on_the_way
+from facetlog.exploring.sweeps import Sweeps
 from facetlog.mapping.place import OVERHANG, Place, places_of, thing_at
 from facetlog.mapping.placed_thing import pose_covariance_at
 from facetlog.mapping.room_map import ScenePart
@@ -38,7 +31,6 @@ from facetlog.perception.types import FloatArray
 from facetlog.robot.collecting.next_stop import EXPLORED, Around, Chosen, Finished, place_sd
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import PLACES
-from facetlog.robot.collecting.route import Point, Route
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict
@@ -47,13 +39,9 @@ __all__ = ["AreaExplorer", "AreaJudge"]
 
 MOST_OF_A_PLACE = 12
 """Views of one place at most: half of the paper's tour."""
-# How far a sweep looks, m: as far as an echo counts; beams that pass go on.
-SWEEP = 2.3
 # Of the views on both rings so many can be reached before a place is looked at, as long as there is
 # unseen floor to go to: half of the inner one.
 ENOUGH = PLACES // 2
-# Where it gets to no place at all, it turns on the spot by a quarter, once round.
-QUARTER, QUARTERS = math.pi / 2, 3
 
 AreaJudge: TypeAlias = Callable[[tuple[str, ...], Interest], tuple[ViewVerdict, ScenePart]]
 """What the views of these names show: the verdict with what is undecided, and things in the world.
@@ -76,8 +64,7 @@ class AreaExplorer:
         """Whether it ended by itself."""
         self._said: list[str] = []
         self._sent: tuple[str, int] | None = None
-        self._quarters = 0
-        self._swept: Point | None = None
+        self._sweeps = Sweeps(self.floor)
 
     @property
     def most(self) -> int:
@@ -132,11 +119,14 @@ class AreaExplorer:
                 return self._finished(why, around, kept, ended)
             if not taken:
                 # Sonars are heard while it moves or stands to take a picture.
-                return self._on_the_way(here, ((here.x, here.y),) * 2, number, around, "first look")
+                spot = ((here.x, here.y),) * 2
+                first = view_on_the_way(here, spot, number, around.reach, "first look")
+                return self._noted(first, ended)
             group = group or self._next_group(around, ways, kept, number, ENOUGH)
             if group is None:
-                sweep = self._next_sweep(around, ways, kept, number)
+                sweep = self._sweeps.next_view(around, ways, kept, number)
                 if sweep is not None:
+                    self._sent = sweep.stop.view.name, 0
                     return self._noted(sweep, ended)
                 group = self._next_group(around, ways, kept, number, FEWEST_VIEWS)
                 group = group or self._again(around, ways, taken, number)
@@ -158,7 +148,7 @@ class AreaExplorer:
         if taken[-1].name != name:
             return
         self._sent = None
-        self._quarters = self._quarters if number == 0 and self._swept is None else 0
+        self._sweeps.came(on_the_way=number == 0)
         if number:
             self.groups[number - 1].names.append(name)
 
@@ -214,7 +204,7 @@ class AreaExplorer:
         if best is None:
             return None
         group = self._add_group(best[1], best[2])
-        self._said.append(f"place {group.number} at {_at(group.target)} is looked at: echoes there")
+        self._said.append(f"place {group.number} at {at(group.target)} is looked at: echoes there")
         return group
 
     def _add_group(self, target: FloatArray, reach: float) -> Group:
@@ -258,7 +248,7 @@ class AreaExplorer:
     def _end(self, group: Group, why: str) -> None:
         """No more views of a place; where they brought no new thing it is not asked for again."""
         group.ended = why
-        self._said.append(f"place {group.number} at {_at(group.target)} is done: {why}")
+        self._said.append(f"place {group.number} at {at(group.target)} is done: {why}")
         things = [g.thing for g in self.groups if g.thing is not None and g is not group]
         known = group.thing is not None and len(merged([*things, group.thing])[0]) == len(
             merged(things)[0]
@@ -281,47 +271,6 @@ class AreaExplorer:
             return group
         return None
 
-    def _next_sweep(
-        self, around: Around, ways: FloorWays, kept: Sequence[KeptOff], number: int
-    ) -> Chosen | None:
-        """Where most unseen floor shows a second; where nothing can be reached, a quarter turn."""
-        here, floor = around.here, self.floor
-        stopped = floor.echoed(around.body) | floor.beside(kept)
-        if self._swept is not None:
-            floor.given_up |= shown_from(self._swept, stopped, floor.lattice, SWEEP)
-            self._swept = None
-        worth = floor.worth(around.body, kept)
-        sweep = best_sweep(
-            worth,
-            stopped,
-            ways,
-            floor.lattice,
-            here,
-            around.pace,
-            reach=SWEEP,
-            least=LEAST_FLOOR,
-        )
-        if sweep is None:
-            left = worth.sum() * SIDE**2 >= LEAST_FLOOR or floor.echoes(around.body, kept)
-            if self._quarters == QUARTERS or not left:
-                return None
-            self._quarters += 1
-            turned = Pose2(here.x, here.y, here.heading + QUARTER)
-            spot = ((here.x, here.y),) * 2
-            return self._on_the_way(turned, spot, number, around, "looks about on the spot")
-        route = ways.route_to(sweep.place)
-        assert route is not None  # noqa: S101 - the place is one of those that can be reached
-        self._swept = sweep.place
-        why = f"unseen floor and echoes from afar, worth {sweep.floor:.1f} m², show from there"
-        return self._on_the_way(arriving(route, here), route, number, around, why)
-
-    def _on_the_way(
-        self, there: Pose2, route: Route, number: int, around: Around, why: str
-    ) -> Chosen:
-        found = view_on_the_way(there, route, number, around.reach, why)
-        self._sent = found.stop.view.name, 0
-        return found
-
     def _noted(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
         """A choice with what was said before it, and which places came to their end."""
         line = {**found.line, **({"ended": dict(ended)} if ended else {})}
@@ -331,23 +280,7 @@ class AreaExplorer:
         self, why: str, around: Around, kept: Sequence[KeptOff], ended: Mapping[str, str]
     ) -> Finished:
         self.reached = not why
-        floor, radius = self.floor, around.body
-        unseen = floor.area_of(floor.unseen(radius, kept))
-        left = floor.echoes(radius, kept)
-        open_ = [g for g in self.groups if not g.settled and g.thing is not None]
-        done = why or "no unseen floor of the area can be reached, and no verdict can change"
-        parts = [done, f"{many(len(self.things), 'thing')} found"]
-        parts.append(f"{unseen:.1f} of {self.area[2] * self.area[3]:.1f} m² of floor not looked at")
-        if nothing := [g for g in self.groups if g.thing is None]:
-            at = " and ".join(_at(each.target) for each in nothing)
-            parts.append(f"nothing is found at {at}, where something echoes")
-        if open_:
-            parts.append(f"{many(len(open_), 'verdict')} still open")
-        if left:
-            places = " and ".join(_at(each.middle) for each in left)
-            lack = "not looked at yet" if why else "of which no view can be reached"
-            parts.append(f"echoes at {places}, {lack}")
-        reason = "; ".join(parts)
+        reason = end_of_area(why, self.area, self.floor, self.groups, self.things, around, kept)
         line: dict[str, object] = {"result": EXPLORED, "reason": reason, "undecided": []}
         if ended:
             line["ended"] = dict(ended)
@@ -357,10 +290,6 @@ class AreaExplorer:
 def _beside_what_was_asked(group: Group) -> float:
     """How far beside a place that was looked at echoes are those of the place, m."""
     return SIDE if group.thing is None else OVERHANG / 2
-
-
-def _at(place: FloatArray) -> str:
-    return f"{float(place[0]):.2f}, {float(place[1]):.2f} m"
 
 
 def _mapping(value: object) -> Mapping[str, object]:
