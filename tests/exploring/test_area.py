@@ -13,6 +13,7 @@ from facetlog.exploring.needs import Interest
 from facetlog.mapping.placed_thing import PlacedThing
 from facetlog.mapping.room_map import ScenePart
 from facetlog.mapping.visit import read_visit
+from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, ChosenStops
@@ -130,7 +131,7 @@ def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Pat
     assert area.run().fault is None
     assert explorer.reached
     assert not asked
-    assert "0 things found; 0.0 of 30.0 m²" in area.stops.reason
+    assert "0 things found; sonars did not reach 0.0 of 30.0 m²" in area.stops.reason
     assert len(area.record.taken) < 15
 
 
@@ -154,6 +155,20 @@ def test_with_as_many_views_as_are_allowed_it_says_what_is_left(tmp_path: Path) 
     assert "there are 6 views, as many as --max-views allows" in area.stops.reason
 
 
+def test_a_place_that_was_cut_off_before_a_thing_could_be_found_is_no_place_without_one(
+    tmp_path: Path,
+) -> None:
+    cut = []
+    for most in (3, 4, 5):
+        explorer = AreaExplorer(_judge(THINGS), AREA, most=most)
+        area = Area(tmp_path / str(most), explorer)
+        area.run()
+        cut += [group for group in explorer.groups if 0 < len(group.names) < FEWEST_VIEWS]
+        assert "nothing is found at" not in area.stops.reason
+        assert "not looked at yet" in area.stops.reason
+    assert cut
+
+
 def test_a_walled_in_robot_looks_about_and_ends(tmp_path: Path) -> None:
     wall = tuple(
         Circle(1.0 + 0.8 * math.cos(a), 1.0 + 0.8 * math.sin(a), 0.15)
@@ -165,7 +180,7 @@ def test_a_walled_in_robot_looks_about_and_ends(tmp_path: Path) -> None:
     assert ended.fault is None
     assert area.robot.nearest > 0.0
     assert "echoes at" in area.stops.reason
-    assert "m² of floor not looked at" in area.stops.reason
+    assert "sonars did not reach" in area.stops.reason
 
 
 def test_a_second_run_goes_on_with_the_places_of_the_first(tmp_path: Path) -> None:

@@ -235,13 +235,13 @@ class AreaExplorer:
         own = group.taken(taken)
         rings = self._rings(group, around, ways, taken)
         found = group.explorer.next_stop(rings, own, number)
+        said = tuple(f"place {group.number}: {line}" for line in found.said)
         if isinstance(found, Finished):
-            self._said += found.said
+            self._said += said
             if len(own) < FEWEST_VIEWS:
                 reason = "no further view of it can be reached over floor that is known"
                 return replace(found, reason=reason)
             return found
-        said = tuple(f"place {group.number}: {line}" for line in found.said)
         self._sent = found.stop.view.name, group.number
         return replace(found, line={**found.line, **group.place.to_json()}, said=said)
 
