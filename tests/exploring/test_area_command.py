@@ -91,6 +91,9 @@ def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFi
     code = main([*NOBODY, str(out), *options[:2], "--dry-run", "--json"])
     line = json.loads(capsys.readouterr().out)
     assert line["result"] == ("chosen" if code == 0 else "explored")
+    # Its views are none of one target.
+    assert main([*NOBODY, str(out), "--explore", "--dry-run"]) == 2
+    assert "holds an explored area: give --area=" in capsys.readouterr().err
     # Another area is another collection.
     assert main([*NOBODY, str(out), "--explore", "--area", "-9,-9,20,20", "--dry-run"]) == 2
     assert "was not collected in --area" in capsys.readouterr().err

@@ -16,6 +16,7 @@ from facetlog.commands.collect_area import (
     area_explorer,
     checked_area,
     mapped_area,
+    refuse_area,
 )
 from facetlog.commands.collect_checks import (
     asked_tour,
@@ -163,6 +164,8 @@ def collect_command(
     )
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
+    if room is None and (resume or dry_run):
+        refuse_area(out)
     if explore and dry_run:
         with ended_by_signals(), ExitStack() as stack:
             verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)

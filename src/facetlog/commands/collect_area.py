@@ -17,7 +17,15 @@ if TYPE_CHECKING:
     from facetlog.robot.pose2 import Pose2
     from facetlog.view_verdicts import ViewVerdicts
 
-__all__ = ["MAP_FOLDER", "AreaOption", "area_explorer", "area_tour", "checked_area", "mapped_area"]
+__all__ = [
+    "MAP_FOLDER",
+    "AreaOption",
+    "area_explorer",
+    "area_tour",
+    "checked_area",
+    "mapped_area",
+    "refuse_area",
+]
 
 MAP_FOLDER = "map"
 """The folder of an area's map in that of its views: map.png beside the views is the robot's way."""
@@ -52,6 +60,17 @@ def checked_area(
             f"{start.y:.2f}: give an area round it, or where it stands by --start"
         )
     return x, y, width, height
+
+
+def refuse_area(folder: Path) -> None:
+    """InputError where a folder's views are of an area, which are no views of one target."""
+    from facetlog.robot.collecting.record import LOG_FILE, read_log
+
+    lines = read_log(folder) if (folder / LOG_FILE).is_file() else ()
+    area = next((line["area"] for line in lines if "area" in line), None)
+    if isinstance(area, list):
+        given = ",".join(f"{each:g}" for each in area)
+        raise InputError(f"{folder} holds an explored area: give --area={given} again")
 
 
 def area_tour(area: Area) -> "Tour":
