@@ -14,52 +14,53 @@ from pathlib import Path
 from benchmarks.common import Settings, settings_parser, text
 from benchmarks.page import benchmarks_page
 
-NAMES = (
-    "accuracy_demo",
-    "accuracy_no_box",
-    "accuracy_pictures",
-    "accuracy_worlds",
-    "accuracy_faces",
-    "accuracy_furniture",
-    "accuracy_noise",
-    "accuracy_drift",
-    "accuracy_poses",
-    "accuracy_front_end",
-    "accuracy_grey_faces",
-    "accuracy_junctions",
-    "accuracy_estimation",
-    "accuracy_online",
-    "accuracy_explore",
-    "accuracy_map",
-    "accuracy_area",
-    "accuracy_recursion",
-    "accuracy_lines",
-    "accuracy_planes",
-    "accuracy_scans",
-    "accuracy_shapes",
-    "accuracy_prototypes",
-    "accuracy_newcomer",
-    "accuracy_plain",
-    "accuracy_three_inputs",
-    "time_demo",
-    "time_large",
-    "time_estimation",
-    "time_facts",
-    "time_facts_in",
-    "time_answers_out",
-    "time_box_rule",
-    "time_growth",
-    "time_reasons",
-    "time_long_run",
-    "time_stopping",
-    "calibration",
-    "time_models",
-    "time_compiled",
-    "time_mesh",
-    "time_batch",
-    "time_many_scenes",
-    "fuzz_models",
+MODULES = (
+    "pictures.accuracy_demo",
+    "pictures.accuracy_no_box",
+    "pictures.accuracy_pictures",
+    "pictures.accuracy_worlds",
+    "pictures.accuracy_faces",
+    "pictures.accuracy_furniture",
+    "pictures.accuracy_noise",
+    "pictures.accuracy_drift",
+    "pictures.accuracy_poses",
+    "pictures.accuracy_front_end",
+    "pictures.accuracy_grey_faces",
+    "pictures.accuracy_junctions",
+    "pictures.accuracy_estimation",
+    "pictures.accuracy_online",
+    "robot.accuracy_explore",
+    "robot.accuracy_map",
+    "robot.accuracy_area",
+    "pictures.accuracy_recursion",
+    "pictures.accuracy_lines",
+    "pictures.accuracy_planes",
+    "shapes.accuracy_scans",
+    "shapes.accuracy_shapes",
+    "shapes.accuracy_prototypes",
+    "shapes.accuracy_newcomer",
+    "shapes.accuracy_plain",
+    "shapes.accuracy_three_inputs",
+    "pictures.time_demo",
+    "pictures.time_large",
+    "pictures.time_estimation",
+    "knowledge.time_facts",
+    "knowledge.time_facts_in",
+    "knowledge.time_answers_out",
+    "knowledge.time_box_rule",
+    "knowledge.time_growth",
+    "knowledge.time_reasons",
+    "knowledge.time_long_run",
+    "knowledge.time_stopping",
+    "knowledge.calibration",
+    "knowledge.time_models",
+    "knowledge.time_compiled",
+    "shapes.time_mesh",
+    "knowledge.time_batch",
+    "knowledge.time_many_scenes",
+    "knowledge.fuzz_models",
 )
+NAMES = tuple(module.rpartition(".")[2] for module in MODULES)
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
 PAGE = HERE.parent / "docs" / "benchmarks.md"
@@ -68,10 +69,10 @@ PAGE = HERE.parent / "docs" / "benchmarks.md"
 def kept_reports() -> tuple[tuple[str, Mapping[str, object]], ...]:
     """The first paragraph of each benchmark's docstring and its report, of those kept."""
     kept = []
-    for name in NAMES:
+    for name, module in zip(NAMES, MODULES, strict=True):
         path = RESULTS / f"{name}.json"
         if path.exists():
-            question = (import_module(f"benchmarks.{name}").__doc__ or "").split("\n\n")[0]
+            question = (import_module(f"benchmarks.{module}").__doc__ or "").split("\n\n")[0]
             kept.append((question, json.loads(path.read_text(encoding="utf-8"))))
     return tuple(kept)
 
@@ -88,7 +89,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     settings = Settings(given.seeds, given.first_seed)
     for name in given.names or NAMES:
         print(f"{name} …", file=sys.stderr)
-        report = import_module(f"benchmarks.{name}").measure(settings).to_json()
+        module = MODULES[NAMES.index(name)]
+        report = import_module(f"benchmarks.{module}").measure(settings).to_json()
         print(json.dumps(report) if given.json else "\n".join((*text(report), "")), flush=True)
         if given.write and not report["skipped"]:
             RESULTS.mkdir(exist_ok=True)

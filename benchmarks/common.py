@@ -118,7 +118,7 @@ def command(name: str, doc: str | None, measure: Measure) -> Callable[[Sequence[
     """The command line of one benchmark: prints its report, as text or as one JSON object."""
 
     def main(arguments: Sequence[str] | None = None) -> None:
-        parser = settings_parser(f"python -m benchmarks.{name}", (doc or "").split("\n\n")[0])
+        parser = settings_parser(f"python -m benchmarks {name}", (doc or "").split("\n\n")[0])
         given = parser.parse_args(arguments)
         report = measure(Settings(given.seeds, given.first_seed)).to_json()
         print(json.dumps(report) if given.json else "\n".join(text(report)))

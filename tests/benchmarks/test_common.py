@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import common, page, recognition
+from benchmarks import common, page
 from benchmarks.__main__ import NAMES, PAGE, kept_reports, main
 from benchmarks.common import Report, Table, data_set, text, tree_hash
+from benchmarks.pictures import recognition
 
 REPORT = Report(
     "accuracy_example",
@@ -86,5 +87,5 @@ def test_an_unknown_benchmark_is_refused(capsys: pytest.CaptureFixture[str]) -> 
 def test_every_benchmark_is_listed() -> None:
     files = Path(page.__file__).parent
     kinds = ("accuracy", "time", "fuzz")
-    measuring = {p.stem for kind in kinds for p in files.glob(f"{kind}_*.py")}
+    measuring = {p.stem for kind in kinds for p in files.rglob(f"{kind}_*.py")}
     assert measuring | {"calibration"} == set(NAMES)

@@ -9,7 +9,7 @@ import pytest
 
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
-from facetlog.exploring.needs import Interest
+from facetlog.exploring.needs import Interest, Needs, Open
 from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.route import Circle
@@ -18,6 +18,7 @@ from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import (
     DECIDED,
     FORBIDDEN,
+    OPEN,
     REACH,
     START,
     TARGET,
@@ -89,6 +90,21 @@ def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     assert "another name may stand first by what was not seen (10%)" in exploration.stops.reason
     said = exploration.heard.lines
     assert any("table holds to 95%, 90% wanted; another name" in line for line in said)
+
+
+def test_while_nothing_leads_a_goal_that_is_hardly_likely_takes_no_view_away(
+    tmp_path: Path,
+) -> None:
+    unlikely = (Open("", "table", 0.03), Open("", "box", 1.0), Open("", "", 1.0))
+
+    def judge(views: int) -> ViewVerdict:
+        return ViewVerdict(views, needs=Needs(unlikely, OPEN.things))
+
+    taken = [
+        Exploration(tmp_path / name, Explorer(judged(judge), goal=goal, most=24)).run().taken
+        for name, goal in (("with", GOAL), ("without", None))
+    ]
+    assert taken[0] == taken[1] > 3
 
 
 def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_path: Path) -> None:

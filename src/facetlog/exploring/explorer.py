@@ -103,10 +103,7 @@ class Explorer:
         # Where nothing is known yet, or views contradict one another, others may settle it.
         needs = verdict.needs or Needs.of_nothing(around.target)
         self.reached = self._is_reached(needs)
-        if self._goal is not None and not self.reached:
-            needs = needs.asked_of(self._goal.model)
-        elif needs.lead is not None:
-            needs = needs.of_rivals()
+        needs = self._asked(needs)
         doubt: tuple[str, ...] = ()
         if needs.lead is not None and (name := needs.lead.model) in self._excluded:
             needs = needs.contradicted()
@@ -152,6 +149,16 @@ class Explorer:
         why = f"one of the first {FEWEST_VIEWS}, which a face needs: the nearest in time"
         line = {**_line(first, len(places)), "undecided": [], "promise": None, "why": why}
         return Chosen(first.stop, line, (f"next {first.stop.view.name}: {why}",))
+
+    def _asked(self, needs: Needs) -> Needs:
+        """What is open of what is asked: all while no name leads, whatever the goal, for a view
+        that shows what the thing is shows also whether it is that.
+        """
+        if needs.lead is None:
+            return needs
+        if self._goal is not None and not self.reached:
+            return needs.asked_of(self._goal.model)
+        return needs.of_rivals()
 
     def _is_reached(self, needs: Needs) -> bool:
         return self._goal is not None and self._goal.met_by(_degree(needs, self._goal))

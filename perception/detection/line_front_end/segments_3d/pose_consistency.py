@@ -18,7 +18,7 @@ __all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_shar
 NEAR_PX = 3.0
 PARALLEL_COSINE = np.cos(np.radians(6.0))
 # Rendered worlds with true poses have 0.8 to 1.0 explained, with shuffled ones 0 to 0.17; real
-# pictures with a background that moves by itself 0.4 (benchmarks/accuracy_no_box.py).
+# pictures with a background that moves by itself 0.4 (benchmarks/pictures/accuracy_no_box.py).
 MIN_EXPLAINED = 0.25
 # A smaller total length of segments a view, in picture diagonals, is too little evidence.
 MIN_LENGTH = 0.5

@@ -1,0 +1,1 @@
+"""Facts, models and verdicts: how fast, how robust, how well calibrated."""

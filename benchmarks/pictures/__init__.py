@@ -1,0 +1,1 @@
+"""What is seen in pictures, how right it is and how long it takes."""

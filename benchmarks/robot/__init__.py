@@ -1,0 +1,1 @@
+"""What a robot finds that decides itself where to look from."""

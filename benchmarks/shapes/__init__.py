@@ -1,0 +1,1 @@
+"""What meshes, scans and texts of models are judged to be."""

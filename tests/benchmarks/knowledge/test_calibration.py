@@ -1,0 +1,232 @@
+"""The calibration benchmark: truths for every world, facts kept by content, figures that add up."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from benchmarks.common import Settings, text
+from benchmarks.knowledge import calibration_scenes
+from benchmarks.knowledge.calibration import Judged, chance_error, draw, judged, report, write
+from benchmarks.knowledge.calibration_scenes import (
+    KINDS,
+    LABELS,
+    OPEN,
+    LabelledScene,
+    main_thing,
+    shape_scenes,
+    tour_scene,
+    truth,
+)
+from benchmarks.pictures.recognition import tour_views
+from facetlog.errors import InputError
+from facetlog.kb.calibration import Calibration, InputKind
+from facetlog.kb.calibration_fit import fit
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.loading.encode import Fact
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.exact_solids.polyhedra import moved, together
+from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.worlds import WORLDS
+from facetlog.robot.tour import tour_poses
+
+
+def facts_of(scene: Scene) -> tuple[Fact, ...]:
+    return tuple(fact.row for fact in scene_facts(scene))
+
+
+def exact(world: str, builder: str) -> LabelledScene:
+    facts = facts_of(build(builder, {}))
+    return LabelledScene(world, f"tour of {world}", facts, main_thing(facts))
+
+
+@pytest.fixture(scope="module")
+def found() -> Judged:
+    scenes = [exact("boxes", "cuboid"), exact("cabinet", "cabinet"), exact("tables", "table")]
+    return judged(
+        [*scenes, exact("bench", "bench"), LabelledScene("cylinder", "tour of cylinder", (), None)]
+    )
+
+
+def test_every_world_of_varied_things_has_its_truth() -> None:
+    assert set(VARIED) <= set(KINDS) <= set(WORLDS)
+    assert {world for world, _ in OPEN} <= set(KINDS)
+    tours = {world: LabelledScene(world, f"tour of {world}", (), None) for world in KINDS}
+    assert truth(tours["desk"], "table") is True
+    assert truth(tours["bench"], "table") is False
+    assert truth(tours["cabinet"], "box") is None
+    assert truth(tours["cabinet"], "cabinet") is True
+
+
+@pytest.mark.parametrize(
+    ("label", "model", "expected"),
+    [
+        ("armchair", "chair", True),
+        ("table", "chair", False),
+        ("desk", "table", None),
+        ("desk", "desk", True),
+        ("cabinet", "box", None),
+        ("vase", "box", False),
+    ],
+)
+def test_every_label_of_a_shape_has_its_truth(
+    label: str, model: str, expected: bool | None
+) -> None:
+    assert truth(LabelledScene(label, "kenney", (), None), model) is expected
+    assert set(LABELS) >= {"box", "chair", "table"}
+
+
+def test_a_scene_is_of_the_kind_of_its_main_thing() -> None:
+    facts: tuple[Fact, ...] = (("whole", "t2"), ("scanned", "t1"))
+    kinds = {thing: LabelledScene("box", "s", facts, thing).kind for thing in ("t1", "t2", "t3")}
+    assert kinds == {
+        "t1": InputKind.SCANNED,
+        "t2": InputKind.WHOLE,
+        "t3": InputKind.PICTURES,
+    }
+
+
+def test_shapes_of_the_development_half_are_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    lines = ["file,label,up_axis,units,kind"]
+    for name in ("a", "b", "c", "d"):
+        trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / f"{name}.ply")
+        lines.append(f"{name}.ply,box,z,m,mesh")
+    (tmp_path / "labels.csv").write_text("\n".join(lines), encoding="utf-8")
+    found = list(shape_scenes(tmp_path))
+    assert 0 < len(found) < 4
+    assert {scene.kind for scene in found} == {InputKind.WHOLE}
+    monkeypatch.setattr(calibration_scenes, "scene_of", None)
+    assert list(shape_scenes(tmp_path)) == found
+
+
+def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
+    small = moved(build("cuboid", {}), translation=(5.0, 0.0, 0.0), scale=0.2)
+    for scenes in ((small, build("cuboid", {})), (build("cuboid", {}), small)):
+        facts = facts_of(together(*scenes))
+        (larger,) = (f[1] for f in facts if f[0] == "thing_size" and float(f[2]) > 0.1)
+        assert main_thing(facts) == larger
+    assert main_thing([("thing", "t2"), ("thing", "t1")]) == "t1"
+    assert main_thing([("scene", "s")]) is None
+
+
+@pytest.fixture
+def reconstructed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[float]:
+    """How far from the origin the first camera of each reconstruction was, metres."""
+    calls: list[float] = []
+
+    def reconstruct(view_set: ViewSet, **_: object) -> Scene:
+        calls.append(float(abs(view_set.views[0].pose.centre).max()))
+        return build("cuboid", {})
+
+    two = tour_views("block", 0, poses=tour_poses()[:2])
+    monkeypatch.setattr(calibration_scenes, "tour_views", lambda *_: two)
+    monkeypatch.setattr(calibration_scenes, "reconstruct_views", reconstruct)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return calls
+
+
+def test_a_scene_is_rendered_once_and_its_facts_are_kept(
+    reconstructed: list[float], tmp_path: Path
+) -> None:
+    first = tour_scene("tables", 3)
+    again = tour_scene("tables", 3)
+    assert again == first
+    assert first.thing == "t1"
+    assert len(reconstructed) == 1
+    (kept,) = tmp_path.rglob("*.json.gz")
+    assert kept.name.startswith("tables-3-")
+
+
+def test_facts_are_kept_by_world_and_seed_and_code(
+    reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tour_scene("tables", 3)
+    tour_scene("tables", 4)
+    made = calibration_scenes.make_world
+    monkeypatch.setattr(
+        calibration_scenes, "make_world", lambda *a: replace(made(*a), exposure=1.0)
+    )
+    tour_scene("tables", 3)
+    monkeypatch.setattr(calibration_scenes, "_code", lambda _: "another")
+    tour_scene("tables", 3)
+    assert len(reconstructed) == 4
+
+
+def test_lengths_are_those_of_the_real_thing(reconstructed: list[float]) -> None:
+    tour_scene("block", 3)
+    tour_scene("tables", 3)
+    model_scale = calibration_scenes.make_world("tables", 3).model_scale
+    assert reconstructed[1] == pytest.approx(model_scale * reconstructed[0])
+
+
+def test_a_fault_is_kept_and_gives_no_thing(
+    reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> Scene:
+        raise InputError("no")
+
+    monkeypatch.setattr(calibration_scenes, "reconstruct_views", refuse)
+    assert tour_scene("block", 5).fault == "InputError"
+    scene = tour_scene("block", 5)
+    assert (scene.fault, scene.thing, scene.facts) == ("InputError", None, ())
+
+
+def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
+    models = {model for model, _ in found.judging_keys}
+    worlds = ("boxes", "cabinet", "tables", "bench")
+    open_ones = sum(world in worlds and model in models for world, model in OPEN)
+    assert len(found.samples) == 4 * len(models) - open_ones
+    assert sum(s.truth for s in found.samples if s.model in ("box", "table", "chair")) == 2
+    holding = {(s.source, s.model) for s in found.samples if s.state is State.HOLDS}
+    assert {("tour of boxes", "box"), ("tour of bench", "table")} <= holding
+
+
+def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
+    said = report(Settings(), found)
+    sources, errors, before, after, held, states = said.tables
+    assert said.to_json()["settings"]["scenes"] == 5
+    assert len(sources.rows) == 4
+    assert errors.rows[0]["of"] == "all"
+    assert errors.rows[0]["pairs"] == len(found.samples)
+    for table in (before, after):
+        assert sum(int(str(row["verdicts"])) for row in table.rows) == len(found.samples)
+    holding = sum(s.state is State.HOLDS for s in found.samples)
+    assert sum(int(str(row["verdicts"])) for row in held.rows) == holding > 0
+    assert sum(int(str(row["pairs"])) for row in states.rows) == len(found.samples)
+    lines = "\n".join(text(said.to_json()))
+    assert "ECE calibrated" in lines
+    assert "--fit writes this one" in lines
+
+
+def test_the_diagram_names_both_forecasts_and_is_the_same_each_time(
+    found: Judged, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        draw(tmp_path / f"{name}.svg", found)
+    first = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert first == (tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert first.startswith("<?xml")
+
+
+def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() -> None:
+    # Of one bin: the mean of |binomial share - p|, sqrt(2 p (1 - p) / (pi n)) for many.
+    few, many = chance_error([0.3] * 100), chance_error([0.3] * 400)
+    assert few == pytest.approx((2 * 0.21 / (math.pi * 100)) ** 0.5, rel=0.05)
+    assert many == pytest.approx(few / 2, rel=0.1)
+    assert chance_error([0.0, 1.0]) == 0.0
+
+
+def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:
+    calibration = fit(found.samples, dict(found.judging_keys))
+    write(calibration, tmp_path / "c.json")
+    kept = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
+    assert Calibration.from_json(kept) == calibration
