@@ -99,6 +99,17 @@ def test_before_anything_was_heard_the_robot_has_room_to_turn_and_the_rest_is_un
     assert floor.area_of(floor.unseen(RADIUS, ())) == pytest.approx(24.0 - math.pi / 4, abs=0.1)
 
 
+def test_of_what_has_no_name_there_may_be_more_than_was_found(floor: AreaFloor) -> None:
+    """A table of which one leg was found: what echoes is kept off as far as its top may reach."""
+    leg = shapely.Point(*POLE).buffer(0.05)
+    named = floor.ways((1.0, 2.0), RADIUS, (KeptOff(leg, 0.0),), ())
+    unnamed = floor.ways((1.0, 2.0), RADIUS, (KeptOff(leg, 0.0, known=False),), ())
+    off = floor.lattice.away(POLE)
+    assert off[named.open].min() < RADIUS + 0.3
+    assert off[unnamed.open].min() >= RADIUS + OVERHANG - 0.2
+    assert floor.echoes(RADIUS, (KeptOff(leg, 0.0, known=False),)) == ()
+
+
 def test_where_a_thing_stands_no_floor_is_missing() -> None:
     floor = AreaFloor(AREA)
     thing = KeptOff(shapely.box(1.0, 1.0, 2.0, 2.0), 0.0)

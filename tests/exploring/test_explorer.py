@@ -10,7 +10,7 @@ import pytest
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest, Needs, Open
-from facetlog.robot.collecting.next_stop import Around, Finished
+from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.route import Circle
 from facetlog.stream import Goal
@@ -114,6 +114,36 @@ def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_pa
     assert exploration.stops.reason == (
         "table leads, to 60%; another name may stand first by what was not seen (5%)"
     )
+
+
+def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_it(
+    tmp_path: Path,
+) -> None:
+    def judge(views: int) -> ViewVerdict:
+        if views % 2 and views < 6:
+            return replace(all_open(views), excluded=("table", "desk"))
+        return ViewVerdict(views, needs=led(0.95))
+
+    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
+    # At 4 and at 6 views a table leads, of which those before said that it is none.
+    assert exploration.run().taken == 7
+    said = exploration.heard.lines
+    assert said.count("before this view it was no table: more views are to say which") == 2
+
+
+def test_a_way_that_was_blocked_makes_no_verdict_agree_with_itself(tmp_path: Path) -> None:
+    def judge(views: int) -> ViewVerdict:
+        excluded = ViewVerdict(views, excluded=("table",))
+        return excluded if views == 3 else ViewVerdict(views, needs=led(0.95))
+
+    exploration = Exploration(tmp_path, Explorer(judged(judge), most=5))
+    assert exploration.run().taken == 5
+    taken = read_record(tmp_path)[1]
+    explorer = Explorer(judged(judge), most=24)
+    explorer.next_stop(exploration.around, taken[:3])
+    for _ in range(2):
+        assert isinstance(explorer.next_stop(exploration.around, taken[:4]), Chosen)
+    assert isinstance(explorer.next_stop(exploration.around, taken[:5]), Finished)
 
 
 def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:

@@ -143,6 +143,18 @@ def test_once_a_name_leads_an_open_one_counts_as_far_as_it_is_likely() -> None:
     assert _needs(table, chair, door).mass == 2.0
 
 
+def test_a_name_that_was_ruled_out_before_may_be_wrong_as_well_as_right() -> None:
+    opened = (Open("t1", "box", assumed=0.02, measured=0.1), Open("t1", "desk", likely=0.01))
+    needs = Needs(opened, (), Lead("t1", "box", {"box": 0.9}))
+    doubted = needs.contradicted()
+    assert doubted.overtaken == pytest.approx(0.51)
+    assert doubted.open[0].measured == 0.1
+    assert doubted.open[1:] == opened[1:]
+    # Also where nothing else of it was open; and where nothing leads nothing is contradicted.
+    assert Needs((), (), needs.lead).contradicted().overtaken == 0.5
+    assert Needs(opened, ()).contradicted().open == opened
+
+
 def test_things_that_stand_elsewhere_leave_all_of_the_target_open() -> None:
     far = replace(HERE, target=MIDDLE + np.array([5.0, 0.0, 0.0]))
     found = _open(_verdict("box", State.HOLDS, 1.0, 1.0), interest=far)

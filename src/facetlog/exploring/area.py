@@ -165,7 +165,7 @@ class AreaExplorer:
                 at = np.array([*best.pose[:2], best.high.value / 2])
                 now = pose_covariance_at(at, [last.pose], last.covariance[None])
                 sd = place_sd(now - best.common)
-            found.append(KeptOff(thing.best.plan, sd))
+            found.append(KeptOff(thing.best.plan, sd, bool(thing.model)))
         return tuple(found)
 
     def _beside(self, group: Group, around: Around) -> float:

@@ -51,10 +51,13 @@ BESIDE = 0.3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class KeptOff:
-    """The plan of a thing that was found, and how far off it may be by now, m."""
+    """The plan of a thing that was found, how far off it may be by now, m, and whether it is known
+    what it is: of another there may be more than its plan.
+    """
 
     plan: shapely.Geometry
     sd: float
+    known: bool = True
 
 
 class AreaFloor:
@@ -157,7 +160,8 @@ class AreaFloor:
         rim = (away - 0.5) * SIDE
         bare = rim >= radius
         open_ = rim >= radius + CLEARANCE
-        open_ &= ~within(echoed & ~self.beside(things), radius + OVERHANG, SIDE)
+        known = [thing for thing in things if thing.known]
+        open_ &= ~within(echoed & ~self.beside(known), radius + OVERHANG, SIDE)
         for thing in things:
             off = self._away(thing)
             bare &= off >= radius

@@ -68,6 +68,7 @@ class Explorer:
         self._judge, self._goal, self._most, self._most_by = judge, goal, most, most_by
         self._before: Needs | None = None
         self._judged: tuple[int, ViewVerdict] | None = None
+        self._excluded: tuple[str, ...] = ()
         self.reached = False
         """Whether the goal is, after the last verdict."""
         self.settled = False
@@ -94,6 +95,8 @@ class Explorer:
         # The same number again: the way to the view that was chosen was blocked.
         again = before is not None and before[0] == len(taken)
         verdict = before[1] if before and again else self._judge(len(taken), interest)
+        if not again:
+            self._excluded = () if before is None else before[1].excluded
         self._judged = len(taken), verdict
         if verdict.fault and not verdict.views:
             raise EngineError(verdict.fault)
@@ -101,7 +104,12 @@ class Explorer:
         needs = verdict.needs or Needs.of_nothing(around.target)
         self.reached = self._is_reached(needs)
         needs = self._asked(needs)
-        said = () if again else (f"of {verdict.views} views: {verdict.line}", *self._brought(needs))
+        doubt: tuple[str, ...] = ()
+        if needs.lead is not None and (name := needs.lead.model) in self._excluded:
+            needs = needs.contradicted()
+            doubt = (f"before this view it was no {name}: more views are to say which",)
+        said = f"of {verdict.views} views: {verdict.line}", *doubt, *self._brought(needs)
+        said = () if again else said
         self._before = needs
         self.settled = self._is_settled(needs)
         if self.settled:

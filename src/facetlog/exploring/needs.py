@@ -26,6 +26,8 @@ __all__ = ["LEAST_TURNED", "Interest", "Lack", "Lead", "Needs", "Open", "SeenThi
 
 LEAST_TURNED = 0.005
 """A verdict that may turn with less probability is decided: degrees are said in whole per cents."""
+# Of two verdicts that contradict one another either is wrong.
+CONTRADICTED = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,6 +143,18 @@ class Needs:
         found = (replace(e, unseen=min(e.unseen, e.likely)) for e in self.open)
         left = tuple(each for each in found if each.mass >= LEAST_TURNED)
         return Needs(left, self.things, self.lead)
+
+    def contradicted(self) -> "Needs":
+        """The same where the views before the last one ruled out the name that leads: of two
+        verdicts that contradict one another either may be wrong, and the last is no better.
+        """
+        if self.lead is None:
+            return self
+        thing, model = self.lead.thing, self.lead.model
+        rest = tuple(e for e in self.open if (e.thing, e.model) != (thing, model))
+        own = next((e for e in self.open if (e.thing, e.model) == (thing, model)), None)
+        doubted = replace(own or Open(thing, model), assumed=CONTRADICTED)
+        return Needs((doubted, *rest), self.things, self.lead)
 
     @property
     def overtaken(self) -> float:
