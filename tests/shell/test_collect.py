@@ -138,6 +138,20 @@ def test_the_place_where_a_collection_ended_is_told_to_who_goes_on(
     assert "(where it ended it was 1.500,0.250,90.0)" in _refusal(capsys)
 
 
+def test_where_a_killed_run_was_to_go_is_not_told_as_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = [
+        {"schema": "facetlog-collect/1", "tour": "explore 1,2,0", "start": [0.0, 0.0, 0.0]},
+        {"result": "chosen", "image": "view001.png", "robot": [1.5, 0.25, -251.6]},
+    ]
+    text = "".join(json.dumps(line) + "\n" for line in log)
+    (tmp_path / "collect.jsonl").write_text(text, encoding="utf-8")
+    argv = ["collect", "tcp:127.0.0.1:1", *EXPLORE, "-o", str(tmp_path), "--resume"]
+    assert main(argv) == 2
+    assert _refusal(capsys).endswith("(where it stood last is not recorded: measure it)")
+
+
 def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -22,7 +22,7 @@ from facetlog.commands.collect_checks import (
     checked_explore,
     checked_order,
     circles_in,
-    last_place,
+    where_it_stood,
 )
 from facetlog.commands.collect_explored import (
     DEFAULT_MOST,
@@ -173,7 +173,7 @@ def collect_command(
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
-            f"stands now{last_place(out)}"
+            f"stands now{where_it_stood(out)}"
         )
     optics, of_file = optics_of(camera_file, None if tour in (None, "paper") else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
