@@ -57,9 +57,21 @@ def checked_explore(
         raise InputError("--explore chooses the views itself: leave out --tour")
     if of_area and keep_out and any("," not in each for each in keep_out):
         raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
-    if not dry and not keep_out and not of_area:
-        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
+    if not dry and not of_area:
+        _check_target(target, keep_out)
     return checked_goal(until, most)
+
+
+def _check_target(target: str | None, keep_out: list[str] | None) -> None:
+    """InputError that names all that is missing for the exploration of one target."""
+    lacks = []
+    if target is None:
+        lacks.append("--target X,Y,Z (where what is looked at stands, metres)")
+    if not keep_out:
+        lacks.append("--keep-out RADIUS (how near the robot may come, metres)")
+    if lacks:
+        instead = ", or --area X,Y,W,H" if target is None else ""
+        raise InputError(f"--explore needs {' and '.join(lacks)}{instead}")
 
 
 def circles_in(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
