@@ -37,7 +37,7 @@ from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.session import Rig, collect
+from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.pose2 import Pose2
@@ -147,6 +147,9 @@ class _Silent:
         """Nothing."""
 
     def note(self, message: str) -> None:
+        """Nothing."""
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
         """Nothing."""
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.ties import farthest_points, largest
+from facetlog.perception.ties import TIE, farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ViewGraph", "view_graph", "view_motion"]
@@ -45,27 +45,67 @@ class ViewGraph:
 
 def view_motion(views: Sequence[View]) -> FloatArray:
     """Motion (V, V), px, between each two views of the picture of what they look at."""
-    centres = np.array([v.pose.centre for v in views])
-    focus = _focus(centres, np.array([v.pose.rotation[:, 2] for v in views]))
-    distance = float(np.median(np.linalg.norm(focus - centres, axis=1)))
-    return _picture_motion(views, focus, 0.1 * distance)
+    return _looks(views).motion()
 
 
 def view_graph(views: Sequence[View]) -> ViewGraph:
     """The views' common focus, their weights and the pairs to match."""
+    looks = _looks(views)
+    motion = looks.motion()
+    alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)
+    weight = 1.0 / alike.sum(axis=1)
+    # Each next key view is the one whose picture differs most from those of all chosen.
+    key = sorted(farthest_points(motion, KEY_VIEWS))
+    return ViewGraph(looks.focus, looks.distance, weight, _pairs(_angles(looks.directions), key))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Looks:
+    # Where views look: `directions` (V, 3) are unit vectors to the focus, of a camera that stands
+    # there along its axis; `facing` (V,) says which views have it before them.
+    views: Sequence[View]
+    focus: FloatArray
+    distance: float
+    directions: FloatArray
+    facing: NDArray[np.bool_]
+
+    def motion(self) -> FloatArray:
+        projections = np.array([v.projection for v in self.views])
+        facing = self.facing
+        motion = np.zeros((len(facing), len(facing)))
+        # What a view that does not face the focus looks at is taken to be as far along its axis. To
+        # views that do not have that before them it has no more in common than opposite corners.
+        unlike = max(float(np.hypot(v.camera.width, v.camera.height)) for v in self.views)
+        motion[np.ix_(facing, facing)] = _picture_motion(
+            projections[facing], self.focus, 0.1 * self.distance
+        )
+        for i in np.flatnonzero(~facing).tolist():
+            distance = self.distance or 1.0
+            own = self.views[i].pose.centre + distance * self.views[i].pose.rotation[:, 2]
+            depth = projections[:, 2, :3] @ own + projections[:, 2, 3]
+            sees = depth > TIE * distance
+            between = np.full(len(facing), unlike)
+            moved = _picture_motion(projections[sees], own, 0.1 * distance)
+            between[sees] = np.minimum(moved[np.flatnonzero(sees) == i].ravel(), unlike)
+            motion[i] = np.maximum(motion[i], between)
+            motion[:, i] = motion[i]
+        return motion
+
+
+def _looks(views: Sequence[View]) -> _Looks:
     centres = np.array([v.pose.centre for v in views])
     axes = np.array([v.pose.rotation[:, 2] for v in views])
     focus = _focus(centres, axes)
     rays = focus - centres
     range_ = np.linalg.norm(rays, axis=1)
     distance = float(np.median(range_))
-    motion = _picture_motion(views, focus, 0.1 * distance)
-    alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)
-    weight = 1.0 / alike.sum(axis=1)
-    directions = rays / range_[:, None]
-    # Each next key view is the one whose picture differs most from those of all chosen.
-    key = sorted(farthest_points(motion, KEY_VIEWS))
-    return ViewGraph(focus, distance, weight, _pairs(_angles(directions), key))
+    along = np.einsum("ni,ni->n", rays, axes)
+    rounding = TIE * float(np.abs(centres).max())
+    apart = range_ > rounding
+    directions = axes.copy()
+    directions[apart] = rays[apart] / range_[apart, None]
+    facing = apart & (along > TIE * range_)
+    return _Looks(views, focus, distance if distance > rounding else 0.0, directions, facing)
 
 
 def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
@@ -110,13 +150,15 @@ def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
         miss <= max(float(np.median(range_)), 2.0 * float(np.median(miss))),
         range_ <= FAR * np.median(range_),
     )
-    return looking if 2 * looking.sum() > len(looking) else np.ones(len(looking), np.bool_)
+    # A camera that only turns looks at no point: its axes meet where it stands.
+    apart = np.ptp(centres[looking], axis=0).max(initial=0.0) > TIE * np.abs(centres).max()
+    most = 2 * looking.sum() > len(looking) and apart
+    return looking if most else np.ones(len(looking), np.bool_)
 
 
-def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> FloatArray:
+def _picture_motion(projections: FloatArray, focus: FloatArray, radius: float) -> FloatArray:
     # Rms shift in px, between views, of points spread evenly over a sphere round the focus. With
     # uv + J · r for a point r away: |uv_i - uv_j|² + radius² / 3 · |J_i - J_j|², in any frame.
-    projections = np.array([v.projection for v in views])
     h = projections[:, :, :3] @ focus + projections[:, :, 3]
     uv = h[:, :2] / h[:, 2:]
     jacobian = projections[:, :2, :3] - uv[..., None] * projections[:, 2:, :3]

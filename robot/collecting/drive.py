@@ -151,11 +151,18 @@ class MobileBase:
         self._robot, self._start, self._pace = robot, start, pace
         self._closed, self._moved, self._body = closed, moved, body
         self._heard = heard
+        self._last: RobotView | None = None
 
     @property
     def state(self) -> RobotView:
-        """The last report."""
-        return self._robot.state
+        """The last report; DeviceError if the link is lost."""
+        self._last = self._robot.state
+        return self._last
+
+    @property
+    def last_place(self) -> Pose2 | None:
+        """Its pose in the world by the last report that was looked at, also of a lost link."""
+        return None if self._last is None else self.place(self._last)
 
     def place(self, state: RobotView) -> Pose2:
         """The robot's pose in the world by a report."""
@@ -271,6 +278,7 @@ class MobileBase:
         except DeviceTimeout:
             # The time may have passed while this program was held up; the driver reports that.
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
+        self._last = later
         if self._moved is not None:
             self._moved(later.at, self.place(later))
         if self._heard is not None:

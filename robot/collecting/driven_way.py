@@ -9,7 +9,7 @@ from facetlog.robot.collecting.record import (
     robot_tum,
     write_file,
 )
-from facetlog.robot.collecting.session import Listener
+from facetlog.robot.collecting.session import Ended, Listener
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["DrivenWay"]
@@ -55,3 +55,7 @@ class DrivenWay:
     def note(self, message: str) -> None:
         """See `Listener`."""
         self._listener.note(message)
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
+        """See `Listener`."""
+        self._listener.ended_early(ended, there, total)

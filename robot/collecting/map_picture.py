@@ -2,12 +2,13 @@
 
 Drawn: the floor that pictures show, darker where more of them do, each view's line of sight to
 where it meets the floor, the path driven, where the robot stood for each view (a circle of its size
-with its heading), ellipses of two standard deviations, the keep-out circles, the tour's target,
-what was recognised with its outlines, and a scale.
+with its heading), ellipses of two standard deviations, the keep-out circles, the tour's target or
+the area that was explored, what was recognised with its outlines, a scale and a legend of all that.
+Lines end with the map, so that none crosses the words about it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +28,10 @@ __all__ = ["MAP_FILE", "Floor", "Found", "Mapped", "map_png"]
 
 MAP_FILE = "map.png"
 
+Pixel = tuple[int, int]
+Entry = tuple[str, tuple[int, int, int], int]
+"""Of the legend: words, and the colour and sign of what they name."""
+
 SIZE_PX = 1200
 MARGIN_PX = 70
 # What is drawn reaches this far beyond the outermost place, metres.
@@ -39,11 +44,14 @@ PAPER, GRID, INK = (255, 255, 255), (228, 228, 228), (60, 60, 60)
 WAY, ROBOT, SEEN, SIGHT = (190, 120, 20), (60, 60, 60), (120, 190, 120), (90, 160, 90)
 FOUND = (30, 30, 190)
 CLOSED, TARGET, ELLIPSE, MISSED = (150, 150, 240), (40, 40, 210), (200, 60, 160), (170, 170, 170)
-RIM = (200, 200, 200)
+RIM, AREA = (200, 200, 200), (30, 140, 220)
 # Pixels of the dot where the robot stood, and the size of words beside what they name.
 DOT_PX, WORD = 4, 0.5
 # Pixels of a line of the legend, and of a coloured sign in it.
 LINE_PX, SIGN_PX = 22, 32
+# Signs of the legend that are no marker of OpenCV: a ring, and a line.
+RING, STROKE = -1, -2
+FLOOR_IN = "floor in up to {} pictures"
 FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 
 
@@ -51,13 +59,24 @@ FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 class Floor:
     """The floor: keep-out circles `closed` to the whole robot, the target, the robot's radius.
 
-    `missed` are places (x, y) of the tour's views that were not taken.
+    `missed` are places (x, y) of the tour's views that were not taken; `area` is what was explored:
+    x and y of its lowest corner, width and height.
     """
 
     closed: tuple[Circle, ...]
     target: FloatArray | None
     robot_radius: float
     missed: tuple[Point, ...] = ()
+    area: tuple[float, float, float, float] | None = None
+
+    @property
+    def rim(self) -> tuple[Point, ...]:
+        """The area's corners, the first one again at the end; none without an area."""
+        if self.area is None:
+            return ()
+        x, y, width, height = self.area
+        right, top = x + width, y + height
+        return (x, y), (right, y), (right, top), (x, top), (x, y)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,10 +90,14 @@ class Found:
 class _Canvas:
     """The picture and the scale from places in the world to pixels; y is up."""
 
-    def __init__(self, places: FloatArray) -> None:
+    def __init__(self, places: FloatArray, legend: Sequence[Entry]) -> None:
         low, high = places.min(axis=0) - BORDER, places.max(axis=0) + BORDER
         self.scale = (SIZE_PX - 2 * MARGIN_PX) / float(max(high - low))
         width, height = ((high - low) * self.scale + 2 * MARGIN_PX).astype(int).tolist()
+        self.legend = _in_rows(legend, width)
+        self.above = max(MARGIN_PX, self.legend[-1][1] + LINE_PX)
+        """Pixels of the margin above, which holds the legend."""
+        height += self.above - MARGIN_PX
         self.low, self.high = low, high
         self.reach = float(np.hypot(*(high - low)))
         """Metres within which everything on the map is."""
@@ -84,6 +107,17 @@ class _Canvas:
         u = MARGIN_PX + (x - self.low[0]) * self.scale
         v = self.image.shape[0] - MARGIN_PX - (y - self.low[1]) * self.scale
         return round(float(u)), round(float(v))
+
+    @property
+    def inner(self) -> NDArray[np.uint8]:
+        """The map without its margins."""
+        return self.image[self.above : -MARGIN_PX, MARGIN_PX:-MARGIN_PX]
+
+    def clip(self) -> None:
+        """Takes away what reaches into the margins."""
+        kept = self.inner.copy()
+        self.image[:] = PAPER
+        self.inner[:] = kept
 
     def line(self, points: Sequence[Point], colour: tuple[int, int, int], thick: int) -> None:
         pixels = np.array([self.at(*p) for p in points], dtype=np.int32).reshape(-1, 1, 2)
@@ -116,10 +150,13 @@ def map_png(
     found: Sequence[Found] = (),
 ) -> bytes:
     """The map as PNG; `path` are the robot's places in the world, in order."""
-    canvas = _Canvas(_places(path, taken, floor, found))
+    legend = _entries(len(taken), floor, found=bool(found))
+    canvas = _Canvas(_places(path, taken, floor, found), legend)
     most = _seen(canvas, taken, optics)
     _grid(canvas)
     _circles(canvas, floor)
+    if floor.rim:
+        canvas.line(floor.rim, AREA, 2)
     for view in taken:
         place = (float(view.pose.centre[0]), float(view.pose.centre[1]))
         x, y = looked_at(view.pose, optics.camera, canvas.reach).tolist()
@@ -136,8 +173,10 @@ def map_png(
     for view in taken:
         _ellipse(canvas, view)
     drawn = [box for view in taken for box in _robot(canvas, view, floor.robot_radius)]
+    canvas.clip()
+    _coordinates(canvas)
     _words(canvas, taken, found, drawn)
-    _legend(canvas, len(taken), floor, most, found=bool(found))
+    _legend(canvas, most)
     _, data = cv2.imencode(".png", canvas.image)
     return data.tobytes()
 
@@ -147,7 +186,7 @@ def _places(
 ) -> FloatArray:
     """Points (n, 2) that must be on the map; the origin if there is nothing."""
     places = [(p.x, p.y) for p in path] + [(v.robot.x, v.robot.y) for v in taken]
-    places += floor.missed
+    places += [*floor.missed, *floor.rim]
     places += [(x, y) for each in found for loop in each.outlines for x, y, _ in loop.tolist()]
     places += [(c.x + s * c.radius, c.y + s * c.radius) for c in floor.closed for s in (-1, 1)]
     if floor.target is not None:
@@ -155,8 +194,8 @@ def _places(
     return np.array(places or [(0.0, 0.0)], dtype=np.float64)
 
 
-def _grid(canvas: _Canvas) -> None:
-    """Lines at every half metre (of large floors fewer), their coordinates at the rim."""
+def _grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
+    """Lines at every half metre (of large floors fewer): axis, coordinate, and both ends."""
     span = float(max(canvas.high - canvas.low))
     step = 0.5 * max(1, math.ceil(span / 8))
     for axis in (0, 1):
@@ -164,11 +203,18 @@ def _grid(canvas: _Canvas) -> None:
         for k in range(first, math.floor(canvas.high[axis] / step) + 1):
             low, high = canvas.low.tolist(), canvas.high.tolist()
             low[axis] = high[axis] = k * step
-            a, b = canvas.at(*low), canvas.at(*high)
-            cv2.line(canvas.image, a, b, GRID, 1, SMOOTH)
-            text = f"{k * step:g}"
-            place = (a[0] - 10, a[1] + 20) if axis == 0 else (a[0] - 45, a[1] + 5)
-            canvas.word(text, place)
+            yield axis, k * step, canvas.at(*low), canvas.at(*high)
+
+
+def _grid(canvas: _Canvas) -> None:
+    for _, _, a, b in _grid_lines(canvas):
+        cv2.line(canvas.image, a, b, GRID, 1, SMOOTH)
+
+
+def _coordinates(canvas: _Canvas) -> None:
+    """The coordinates of the grid's lines at the rim."""
+    for axis, value, (u, v), _ in _grid_lines(canvas):
+        canvas.word(f"{value:g}", (u - 10, v + 20) if axis == 0 else (u - 45, v + 5))
     corner = canvas.at(*canvas.high.tolist())
     canvas.word("metres", (corner[0] - 60, canvas.image.shape[0] - 15))
 
@@ -196,8 +242,8 @@ def _seen(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
     if most:
         share = (STRONGEST * count / most)[:, :, None]
         mixed = (1 - share) * np.array(PAPER) + share * np.array(SEEN)
-        inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-        canvas.image[inner] = np.round(mixed[inner]).astype(np.uint8)
+        canvas.image[:] = np.round(mixed).astype(np.uint8)
+        canvas.clip()
     return most
 
 
@@ -258,26 +304,54 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _legend(canvas: _Canvas, taken: int, floor: Floor, most: int, *, found: bool) -> None:
+def _entries(taken: int, floor: Floor, *, found: bool) -> list[Entry]:
+    """The legend: words, and the colour and sign that they explain."""
     entries = [
-        (f"{taken} views", ROBOT),
-        ("way by odometry", WAY),
-        ("line of sight to the floor", SIGHT),
-        (f"{ELLIPSE_SDS:.0f} sd of the pinhole", ELLIPSE),
+        (f"{taken} view{'s' * (taken != 1)}", ROBOT, STROKE),
+        ("the robot", RIM, RING),
+        ("way by odometry", WAY, STROKE),
+        ("line of sight to the floor", SIGHT, STROKE),
+        (f"{ELLIPSE_SDS:.0f} sd of the pinhole", ELLIPSE, STROKE),
     ]
-    if most:
-        entries.append((f"floor in up to {most} pictures", SEEN))
     if found:
-        entries.append(("recognised", FOUND))
+        entries.append(("recognised", FOUND, STROKE))
+    if floor.target is not None:
+        entries.append(("looked at", TARGET, cv2.MARKER_CROSS))
     if floor.closed:
-        entries.append(("keep-out", CLOSED))
+        entries.append(("keep-out", CLOSED, RING))
+    if floor.area is not None:
+        entries.append(("area", AREA, STROKE))
     if floor.missed:
-        entries.append((f"{len(floor.missed)} not taken", MISSED))
+        entries.append((f"{len(floor.missed)} not taken", MISSED, cv2.MARKER_TILTED_CROSS))
+    # How many they are is known when the floor is drawn; they are no more than there are views.
+    entries.append((FLOOR_IN.format(taken), SEEN, STROKE))
+    return entries
+
+
+def _in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry]]:
+    """Where each entry begins on a picture of this width, in rows from the top."""
     x, y = MARGIN_PX, LINE_PX
-    for text, colour in entries:
-        width = SIGN_PX + _size(text)[0] + SIGN_PX
-        if x > MARGIN_PX and x + width > canvas.image.shape[1]:
+    rows = []
+    for entry in entries:
+        wide = SIGN_PX + _size(entry[0])[0] + SIGN_PX
+        if x > MARGIN_PX and x + wide > width:
             x, y = MARGIN_PX, y + LINE_PX
-        cv2.line(canvas.image, (x, y), (x + SIGN_PX - 8, y), colour, 3, SMOOTH)
+        rows.append((x, y, entry))
+        x += wide
+    return rows
+
+
+def _legend(canvas: _Canvas, most: int) -> None:
+    for x, y, (text, colour, sign) in canvas.legend:
+        if colour == SEEN:
+            if not most:
+                continue
+            text = FLOOR_IN.format(most)
+        middle = (x + (SIGN_PX - 8) // 2, y)
+        if sign == STROKE:
+            cv2.line(canvas.image, (x, y), (x + SIGN_PX - 8, y), colour, 3, SMOOTH)
+        elif sign == RING:
+            cv2.circle(canvas.image, middle, LINE_PX // 2 - 3, colour, 2, SMOOTH)
+        else:
+            cv2.drawMarker(canvas.image, middle, colour, sign, LINE_PX - 8, 2, SMOOTH)
         canvas.word(text, (x + SIGN_PX, y + 5), WORD)
-        x += width

@@ -321,4 +321,6 @@ def _mapped(
     )
     way.write()
     path = tuple(place for _, place in way.stamped)
-    return Mapped(path, taken, Floor(closed, request.tour.target, radius, missed), seen.optics)
+    return Mapped(
+        path, taken, Floor(closed, request.tour.target, radius, missed, request.area), seen.optics
+    )

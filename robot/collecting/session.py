@@ -61,6 +61,9 @@ class Listener(Protocol):
     def note(self, message: str) -> None:
         """An assumption that was made."""
 
+    def ended_early(self, ended: "Ended", there: int, total: int) -> None:
+        """It ended with so many of the views `there`; what is raised is reported by others."""
+
 
 class Stops(Protocol):
     """Stops, each of which may be chosen only when the views before it are written."""
@@ -101,20 +104,26 @@ class Rig:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a collection ended: views taken in this run, and what ended it early, if anything."""
+    """How a collection ended: views taken in this run, and what ended it early, if anything.
+
+    Of one that ended early `robot` is its last known place in the world; whether it `stands` there,
+    or was only last heard there.
+    """
 
     taken: int
     wanted: int
     fault: FacetlogError | None = None
+    robot: Pose2 | None = None
+    stands: bool = False
 
     def to_json(self) -> Mapping[str, object]:
         """As a line of collect.jsonl, and of `--json`."""
         fault = None if self.fault is None else str(self.fault)
-        return _ending(self.taken, self.wanted, fault)
-
-
-def _ending(taken: int, wanted: int, fault: str | None) -> dict[str, object]:
-    return {"result": "ended", "taken": taken, "wanted": wanted, "fault": fault}
+        line = {"result": "ended", "taken": self.taken, "wanted": self.wanted, "fault": fault}
+        if self.robot is None or not self.stands:
+            return line
+        x, y, heading = self.robot.x, self.robot.y, math.degrees(self.robot.heading)
+        return line | {"robot": [x, y, heading]}
 
 
 def collect(
@@ -165,9 +174,8 @@ def collect(
         listener.view_taken(before + ended.taken, total, view)
     if ended.fault is None:
         record.note(ended.to_json())
-    else:
-        _end_early(rig, record, listener, ended.to_json(), total)
-    return ended
+        return ended
+    return _end_early(rig, record, listener, ended, total, str(ended.fault))
 
 
 def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
@@ -192,32 +200,29 @@ def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> I
     try:
         yield
     except BaseException as exc:
-        fault = "interrupted" if isinstance(exc, KeyboardInterrupt) else str(exc)
-        ending = _ending(len(record.taken) - before, wanted, fault or type(exc).__name__)
-        _end_early(rig, record, listener, ending, before + wanted)
+        why = "interrupted" if isinstance(exc, KeyboardInterrupt) else str(exc)
+        ended = Ended(len(record.taken) - before, wanted)
+        _end_early(rig, record, listener, ended, before + wanted, why or type(exc).__name__)
         raise
 
 
 def _end_early(
-    rig: Rig, record: Record, listener: Listener, ending: Mapping[str, object], total: int
-) -> None:
-    """Stops, writes the end and reports how to resume; raises nothing: the first fault counts."""
-    place = "X,Y,HEADING_DEG"
-    line = dict(ending)
+    rig: Rig, record: Record, listener: Listener, ended: Ended, total: int, why: str
+) -> Ended:
+    """Stops, writes the end and reports it; the same with the robot's place. Raises nothing: the
+    first fault counts.
+    """
+    ended = replace(ended, robot=rig.base.last_place)
     # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
     with suppress(FacetlogError, KeyboardInterrupt):
         robot = rig.base.place(rig.base.stand(0.0))
-        x, y, heading = robot.x, robot.y, math.degrees(robot.heading)
-        line["robot"] = [x, y, heading]
-        place = f"{x:.3f},{y:.3f},{heading:.1f}"
+        ended = replace(ended, robot=robot, stands=True)
     with suppress(FacetlogError):
-        record.note(line)
+        record.note({**ended.to_json(), "fault": why})
     # A terminal that was closed takes no line any more.
     with suppress(OSError):
-        listener.warn(
-            f"{len(record.taken)} of {total} views are there: go on with --resume --start {place}, "
-            + ("where the robot stands" if "robot" not in line else "where it stands by odometry")
-        )
+        listener.ended_early(ended, len(record.taken), total)
+    return ended
 
 
 def _take(

@@ -32,6 +32,8 @@ WRITE_TIMEOUT = 1.0
 """Time-out of a write, seconds: a packet of 200 bytes takes 0.21 at 9600 baud."""
 DRAIN_TIMEOUT = 0.5
 CHUNK = 4096
+ONE_CLIENT, WENT_OFF = "it may serve only one client", "what serves the robot there may have ended"
+"""Why a connection may have been closed: before a byte came over it, and after."""
 
 
 class Port(Protocol):
@@ -130,6 +132,7 @@ class TcpPort:
 
     def __init__(self, host: str, port: int, timeout: float = OPEN_TIMEOUT) -> None:
         self.address = f"tcp:{host}:{port}"
+        self._served = False
         try:
             self._socket = socket.create_connection((host, port), timeout=timeout)
         except TimeoutError as error:
@@ -158,10 +161,10 @@ class TcpPort:
         except (OSError, ValueError) as error:
             raise DeviceError(f"{self.address}: the connection broke ({error})") from error
         if not data:
-            raise DeviceError(
-                f"{self.address}: the other side closed the connection; it may serve only one"
-                " client"
-            )
+            # Who is busy with another client never says a word to this one.
+            why = WENT_OFF if self._served else ONE_CLIENT
+            raise DeviceError(f"{self.address}: the other side closed the connection; {why}")
+        self._served = True
         return data
 
     def write(self, data: bytes) -> None:

@@ -20,7 +20,9 @@ POSES_FILE = "transforms.json"
 
 
 class FolderJudge:
-    """Knows what the views read so far show; each goes to the `recorder` as it is read."""
+    """Knows what the views read so far show; each goes to the `recorder` as it is read, with what
+    the models say of those until then.
+    """
 
     def __init__(
         self, folder: Path, base: "KnowledgeBase", recorder: "Recorder | None" = None
@@ -53,8 +55,9 @@ class FolderJudge:
                     metric=self._source.metric,
                     error_kind=self._source.error_kind,
                 )
-            if waiting:
-                self._record(waiting, None)
+            if waiting and self._recorder is not None:
+                # Views of an earlier run come together, as do those that nobody asked about.
+                self._record(waiting, judged(self.base, self._online)[1])
             if problem := self._online.add(view).problem:
                 self._problems.append(problem)
             self._read += 1

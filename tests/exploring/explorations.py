@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from facetlog.commands.robot_words import early_end_line
 from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Lead, Needs, Open
 from facetlog.mapping.sonar_beams import FARTHEST
@@ -113,6 +114,9 @@ class Heard:
 
     def note(self, message: str) -> None:
         self.lines.append(message)
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
+        self.lines.append(early_end_line(ended, there, total))
 
 
 class Exploration:

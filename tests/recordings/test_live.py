@@ -1,17 +1,53 @@
 """Recordings while a collection grows, written by the process that judges it."""
 
 from pathlib import Path
+from typing import cast
 
 import pytest
 
+from facetlog.folder_judge import FolderJudge
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.perception.online.online_scene import OnlineScene
+from facetlog.recordings.moments import Moment
 from facetlog.recordings.recorders import Recordings
 from facetlog.view_verdicts import ViewVerdicts
 from tests.recordings.collected import collection
 from tests.recordings.test_mcap_recording import messages
 
-pytestmark = pytest.mark.slow
+
+class Kept:
+    """A recorder that keeps what it is given."""
+
+    def __init__(self) -> None:
+        self.moments: list[Moment] = []
+
+    def add(self, moment: Moment) -> None:
+        self.moments.append(moment)
+
+    def close(self) -> None:
+        pass
 
 
+def test_views_that_come_together_are_each_recorded_with_their_own_verdict(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    collection().write(tmp_path)
+
+    asked: list[OnlineScene] = []
+
+    def said(_: object, online: OnlineScene) -> tuple[tuple[()], str]:
+        asked.append(online)
+        return (), f"verdict {len(asked)}"
+
+    monkeypatch.setattr("facetlog.stream.judged", said)
+    kept = Kept()
+    last = FolderJudge(tmp_path, cast(KnowledgeBase, None), kept).so_far(2)
+    assert [moment.taken.name for moment in kept.moments] == ["view1.png", "view2.png"]
+    assert [str(moment.recognition) for moment in kept.moments] == ["verdict 1", "verdict 2"]
+    assert str(last) == "verdict 2"
+
+
+@pytest.mark.slow
 def test_views_that_nobody_asked_about_are_recorded_at_the_end(tmp_path: Path) -> None:
     collected = collection()
     folder, path = tmp_path / "views", tmp_path / "views.mcap"
@@ -22,6 +58,7 @@ def test_views_that_nobody_asked_about_are_recorded_at_the_end(tmp_path: Path) -
     assert len(messages(path)["/camera/camera_info"]) == 2
 
 
+@pytest.mark.slow
 def test_a_collection_without_a_view_leaves_what_was_recorded_before(tmp_path: Path) -> None:
     path = tmp_path / "views.mcap"
     path.write_bytes(b"earlier")
@@ -31,6 +68,7 @@ def test_a_collection_without_a_view_leaves_what_was_recorded_before(tmp_path: P
     assert [each.name for each in tmp_path.iterdir()] == ["views.mcap"]
 
 
+@pytest.mark.slow
 def test_a_recording_that_cannot_be_written_is_said_and_the_verdicts_go_on(
     tmp_path: Path,
 ) -> None:

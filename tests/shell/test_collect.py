@@ -57,6 +57,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--dry-run"], "--dry-run goes with --explore"),
         (["--explore", "--tour", "paper"], "--explore chooses the views itself: leave out --tour"),
         (["--explore", "--target", "1,2,0"], "--explore needs --keep-out RADIUS"),
+        (["--explore"], "metres) and --keep-out RADIUS (how near the robot may come, metres), or"),
         (["--explore", "--keep-out", "0.5"], "--explore needs --target X,Y,Z"),
         ([*EXPLORE, "--target", "1,2"], "--target '1,2': give X,Y,Z (metres)"),
         ([*EXPLORE, "--until", "table"], "--until 'table': give a model and a degree"),
@@ -136,6 +137,20 @@ def test_the_place_where_a_collection_ended_is_told_to_who_goes_on(
     argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path), "--resume"]
     assert main(argv) == 2
     assert "(where it ended it was 1.500,0.250,90.0)" in _refusal(capsys)
+
+
+def test_where_a_killed_run_was_to_go_is_not_told_as_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = [
+        {"schema": "facetlog-collect/1", "tour": "explore 1,2,0", "start": [0.0, 0.0, 0.0]},
+        {"result": "chosen", "image": "view001.png", "robot": [1.5, 0.25, -251.6]},
+    ]
+    text = "".join(json.dumps(line) + "\n" for line in log)
+    (tmp_path / "collect.jsonl").write_text(text, encoding="utf-8")
+    argv = ["collect", "tcp:127.0.0.1:1", *EXPLORE, "-o", str(tmp_path), "--resume"]
+    assert main(argv) == 2
+    assert _refusal(capsys).endswith("(where it stood last is not recorded: measure it)")
 
 
 def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(

@@ -1,21 +1,30 @@
 """No error of collect or mount tells people to call a function."""
 
 import json
+import math
 import re
 from pathlib import Path
 
 import pytest
 
 from facetlog.cli import main
-from facetlog.commands.robot_words import COLLECT_AGAIN, MOUNT_AGAIN, worded, wording_errors
+from facetlog.commands.robot_words import (
+    COLLECT_AGAIN,
+    MOUNT_AGAIN,
+    early_end_line,
+    worded,
+    wording_errors,
+)
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.collecting import run
 from facetlog.robot.collecting.plan import Plan
+from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.run import Collected
-from facetlog.robot.collecting.session import Ended
+from facetlog.robot.collecting.session import Ended, Listener
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.pioneer.guard import MOTORS_OFF_TEXT
 from facetlog.robot.pioneer.pioneer import Pioneer
+from facetlog.robot.pose2 import Pose2
 from tests.robot.head.simulated import Silence, SimulatedLine
 
 CLEAR = "; then call clear_stop() to drive on"
@@ -72,12 +81,57 @@ def test_collect_says_what_to_do_before_and_on_the_way(
     assert main(argv) == 3
     assert shown in capsys.readouterr().err
 
-    ended = Collected(Plan((), (), ()), Ended(0, 3, FAULT), (), 0.0, 1.0)
-    monkeypatch.setattr(run, "run_collection", lambda *_: ended)
+    ended = Ended(0, 3, FAULT, Pose2(1.5, 0.25, math.radians(-251.6)), stands=True)
+
+    def ends(_: Request, listener: Listener) -> Collected:
+        listener.ended_early(ended, 0, 3)
+        return Collected(Plan((), (), ()), ended, (), 0.0, 1.0)
+
+    monkeypatch.setattr(run, "run_collection", ends)
     assert main(argv) == 3
     out, err = capsys.readouterr()
-    assert shown in err
+    shown = shown.replace("X,Y,HEADING_DEG", "1.500,0.250,108.4")
+    # Once, and in one line.
+    assert err.splitlines() == [
+        f"facetlog: motors are off: {shown} (where it stands by odometry); 0 of 3 views are there"
+    ]
     assert shown in json.loads(out)["fault"]
+
+
+@pytest.mark.parametrize(
+    ("ended", "line"),
+    [
+        (
+            Ended(1, 3, DeviceTimeout("the head is silent: check its power"), Pose2(), stands=True),
+            "the head is silent: check its power; go on with --resume --start 0.000,0.000,0.0 "
+            "(where it stands by odometry); 1 of at most 24 views are there",
+        ),
+        (
+            Ended(1, 3, DeviceError("the line is closed"), Pose2()),
+            "the line is closed; go on with --resume --start 0.000,0.000,0.0 (where it was last "
+            "heard); 1 of at most 24 views are there",
+        ),
+        (
+            Ended(1, 3),
+            "1 of at most 24 views are there: go on with --resume --start X,Y,HEADING_DEG (where "
+            "the robot stands)",
+        ),
+    ],
+)
+def test_an_early_end_is_one_line(ended: Ended, line: str) -> None:
+    assert early_end_line(ended, 1, 24, most="at most ") == line
+
+
+def test_who_explored_has_no_number_of_views_that_are_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["collect", "tcp:127.0.0.1:1", "-o", str(tmp_path)]
+    ended = Collected(Plan((), (), ()), Ended(0, 24, FAULT), (), 1.14, 9.6)
+    monkeypatch.setattr(run, "run_collection", lambda *_: ended)
+    assert main([*argv, "--explore", "--target", "1,2,0", "--keep-out", "0.5"]) == 3
+    assert capsys.readouterr().out == "0 views, 1.1 m driven in 10 s, ended early\n"
+    assert main([*argv, "--tour", "paper"]) == 3
+    assert capsys.readouterr().out == "0 of 0 views, 1.1 m driven in 10 s, ended early\n"
 
 
 def test_mount_says_what_to_do(

@@ -23,7 +23,7 @@ from facetlog.commands.collect_checks import (
     checked_explore,
     checked_order,
     circles_in,
-    last_place,
+    where_it_stood,
 )
 from facetlog.commands.collect_explored import (
     DEFAULT_MOST,
@@ -59,10 +59,17 @@ from facetlog.commands.robot_options import (
     optics_of,
     parsed_start,
 )
-from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
+from facetlog.commands.robot_words import (
+    COLLECT_AGAIN,
+    early_end_line,
+    resumed_from,
+    worded,
+    wording_errors,
+)
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.counted import many
 from facetlog.errors import DeviceError, InputError
-from facetlog.terminal import error, error_lines, note, warn
+from facetlog.terminal import error, note, warn
 
 if TYPE_CHECKING:
     from facetlog.exploring.area import AreaExplorer
@@ -72,6 +79,7 @@ if TYPE_CHECKING:
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.request import Request
     from facetlog.robot.collecting.run import Collected
+    from facetlog.robot.collecting.session import Ended
     from facetlog.stream import Goal
     from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
@@ -176,7 +184,7 @@ def collect_command(
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
-            f"stands now{last_place(out)}"
+            f"stands now{where_it_stood(out)}"
         )
     optics, of_file = optics_of(camera_file, None if tour in (None, "paper") else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
@@ -223,10 +231,8 @@ def collect_command(
     found = None
     if room is not None and len(collected.taken) >= LEAST_VIEWS:
         found = mapped_area(out, room, tuple(models or ()), trusted=trust)
-    _answer(collected, last, found, as_json=as_json)
-    if collected.ended.fault is not None:
-        for line in error_lines(collected.ended.fault):
-            error(line)
+    _answer(collected, last, found, explored=explorer is not None, as_json=as_json)
+    if collected.ended.fault is not None:  # which was said when it came
         return collected.ended.fault.exit_code
     complete = not collected.plan.skipped and (last is None or bool(last.best))
     if explorer is not None and (goal is not None or room is not None):
@@ -257,14 +263,14 @@ class _ProgressLines:
     """Lines on stderr: each view, and each verdict as it comes."""
 
     def __init__(self, verdicts: "ViewVerdicts | None", *, explores: bool = False) -> None:
-        self._verdicts, self._explores = verdicts, explores
+        self._verdicts = verdicts
+        self._most = "at most " if explores else ""
         self._began = time.monotonic()
 
     def view_taken(self, done: int, total: int, view: "Taken") -> None:
         seconds = time.monotonic() - self._began
-        most = "at most " if self._explores else ""
         note(
-            f"view {done} of {most}{total} ({seconds:.0f} s): {view.name} from "
+            f"view {done} of {self._most}{total} ({seconds:.0f} s): {view.name} from "
             f"{view.pose.centre[0]:.2f}, {view.pose.centre[1]:.2f} m, pan "
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
@@ -281,6 +287,14 @@ class _ProgressLines:
     def note(self, message: str) -> None:
         note(message)
 
+    def ended_early(self, ended: "Ended", there: int, total: int) -> None:
+        # Before anything is judged or mapped, which takes its time and may be interrupted.
+        line = early_end_line(ended, there, total, most=self._most)
+        if ended.fault is None:
+            warn(line)
+        else:
+            error(line)
+
 
 def _report(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
@@ -295,10 +309,11 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
         explores = request.chooser is not None
         asked = None if explores else verdicts
         collected = run_collection(request, _ProgressLines(asked, explores=explores))
-    fault = collected.ended.fault
-    if not isinstance(fault, DeviceError):
+    ended = collected.ended
+    if not isinstance(ended.fault, DeviceError):
         return collected
-    return replace(collected, ended=replace(collected.ended, fault=worded(fault, COLLECT_AGAIN)))
+    fault = worded(ended.fault, resumed_from(ended))
+    return replace(collected, ended=replace(ended, fault=fault))
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "ViewVerdict | None":
@@ -317,6 +332,7 @@ def _answer(
     last: "ViewVerdict | None",
     found: "RoomMap | None",
     *,
+    explored: bool,
     as_json: bool,
 ) -> None:
     if as_json:
@@ -330,8 +346,10 @@ def _answer(
         return
     there, wanted = len(collected.taken), len(collected.plan.stops) + len(collected.plan.skipped)
     earlier = there - collected.ended.taken
-    views = f"{there} of {earlier + wanted} views" if not collected.reason else f"{there} views"
-    typer.echo(f"{views}, {collected.way:.1f} m driven in {collected.seconds:.0f} s")
+    # Who explores has no number that all are.
+    views = many(there, "view") if explored else f"{there} of {earlier + wanted} views"
+    early = ", ended early" if collected.ended.fault is not None else ""
+    typer.echo(f"{views}, {collected.way:.1f} m driven in {collected.seconds:.0f} s{early}")
     if collected.reason:
         typer.echo(f"no further view: {collected.reason}")
     if last is not None:

@@ -1,6 +1,5 @@
 """Which options of `facetlog collect` go together, and what they say is driven."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
 
-__all__ = ["asked_tour", "checked_explore", "checked_order", "circles_in", "last_place"]
+__all__ = ["asked_tour", "checked_explore", "checked_order", "circles_in", "where_it_stood"]
 
 ORDERS = ("given", "short")
 
@@ -58,9 +57,21 @@ def checked_explore(
         raise InputError("--explore chooses the views itself: leave out --tour")
     if of_area and keep_out and any("," not in each for each in keep_out):
         raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
-    if not dry and not keep_out and not of_area:
-        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
+    if not dry and not of_area:
+        _check_target(target, keep_out)
     return checked_goal(until, most)
+
+
+def _check_target(target: str | None, keep_out: list[str] | None) -> None:
+    """InputError that names all that is missing for the exploration of one target."""
+    lacks = []
+    if target is None:
+        lacks.append("--target X,Y,Z (where what is looked at stands, metres)")
+    if not keep_out:
+        lacks.append("--keep-out RADIUS (how near the robot may come, metres)")
+    if lacks:
+        instead = ", or --area X,Y,W,H" if target is None else ""
+        raise InputError(f"--explore needs {' and '.join(lacks)}{instead}")
 
 
 def circles_in(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
@@ -97,21 +108,14 @@ def asked_tour(
     return target_tour(target) if area is None else area_tour(area)
 
 
-def last_place(folder: Path) -> str:
-    """Where an earlier run left the robot, as a hint for --start; empty if it is not known."""
-    from facetlog.robot.collecting.record import read_log, read_record
+def where_it_stood(folder: Path) -> str:
+    """Where an earlier run left the robot, as a hint for --start."""
+    from facetlog.robot.collecting.last_place import last_place, stated_pose
 
     try:
-        _, taken = read_record(folder)
-        last = read_log(folder)[-1].get("robot")
+        last = last_place(folder)
     except InputError:
-        return ""
-    match last:
-        case [float(x), float(y), float(heading)]:
-            return f" (where it ended it was {x:.3f},{y:.3f},{heading:.1f})"
-    if not taken:
-        return ""
-    place = max(taken, key=lambda view: view.time).robot
-    return (
-        f" (at its last view it was {place.x:.3f},{place.y:.3f},{math.degrees(place.heading):.1f})"
-    )
+        last = None
+    if last is None:
+        return " (where it stood last is not recorded: measure it)"
+    return f" ({last.how} {stated_pose(last.pose)})"

@@ -1,4 +1,4 @@
-"""The driver's messages, worded for the command line.
+"""The driver's messages, and how a collection ended early, worded for the command line.
 
 The driver's errors name the call that helps ("call enable_motors()"). At the command line it cannot
 be called: the command is run again, with options.
@@ -7,12 +7,24 @@ be called: the command is run again, with options.
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from facetlog.errors import DeviceError
 
-__all__ = ["COLLECT_AGAIN", "MOUNT_AGAIN", "worded", "wording_errors"]
+if TYPE_CHECKING:
+    from facetlog.robot.collecting.session import Ended
 
-COLLECT_AGAIN = "go on with --resume --start X,Y,HEADING_DEG"
+__all__ = [
+    "COLLECT_AGAIN",
+    "MOUNT_AGAIN",
+    "early_end_line",
+    "resumed_from",
+    "worded",
+    "wording_errors",
+]
+
+RESUME = "go on with --resume --start "
+COLLECT_AGAIN = f"{RESUME}X,Y,HEADING_DEG"
 MOUNT_AGAIN = "call facetlog mount again"
 AGAIN = "AGAIN"
 # In this order: the driver adds the first to others that say what to do.
@@ -51,3 +63,27 @@ def wording_errors(again: str) -> Iterator[None]:
         yield
     except DeviceError as exc:
         raise worded(exc, again) from exc
+
+
+def resumed_from(ended: "Ended") -> str:
+    """How to go on after a collection that ended early, from the robot's place if that is known."""
+    from facetlog.robot.collecting.last_place import stated_pose
+
+    return COLLECT_AGAIN if ended.robot is None else RESUME + stated_pose(ended.robot)
+
+
+def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") -> str:
+    """The one line on a collection that ended early: why, how to go on, and what is there.
+
+    Without a fault, as of an interrupt, somebody else says why. `most` goes before the total.
+    """
+    again = resumed_from(ended)
+    where = "where it stands by odometry" if ended.stands else "where it was last heard"
+    if ended.robot is None:
+        where = "where the robot stands"
+    views = f"{there} of {most}{total} views are there"
+    if not isinstance(ended.fault, DeviceError):
+        return f"{views}: {again} ({where})"
+    why = str(worded(ended.fault, again))
+    on = "" if again in why else f"; {again}"
+    return f"{why}{on} ({where}); {views}"

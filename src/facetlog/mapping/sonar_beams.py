@@ -1,14 +1,12 @@
 """What a robot's sonars measured during a collection, from the log of its traffic."""
 
-import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 
-from facetlog.errors import DeviceError, InputError
-from facetlog.regular_file import read_regular_text
+from facetlog.errors import DeviceError
 from facetlog.robot.collecting.request import TRAFFIC_FILE
+from facetlog.robot.collecting.run_sessions import RunStart, run_sessions
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import SonarRange
@@ -44,7 +42,7 @@ class Driven:
     radius: float = 0.0
 
 
-def driven(folder: Path, starts: tuple[tuple[float, Pose2], ...]) -> Driven:
+def driven(folder: Path, starts: tuple[RunStart, ...]) -> Driven:
     """The beams of a collection in the world, and its robot's radius; nothing without a log.
 
     `starts` are when each run began (seconds since 1970) and where the robot then stood. A session
@@ -56,7 +54,7 @@ def driven(folder: Path, starts: tuple[tuple[float, Pose2], ...]) -> Driven:
         return Driven()
     beams: list[Beam] = []
     radius = 0.0
-    for session, start, since in _sessions(path, starts):
+    for session, start, since in run_sessions(path, starts):
         opened: list[Connected] = []
         try:
             for beam in _beams(path, session, start, opened):
@@ -95,29 +93,3 @@ def new_beams(
         farthest = sonar.range >= FARTHEST
         reach = min(sonar.range, FARTHEST)
         yield Beam(at.x, at.y, at.heading, reach, not farthest, sonar.at)
-
-
-def _sessions(
-    path: Path, starts: tuple[tuple[float, Pose2], ...]
-) -> Iterator[tuple[int, Pose2, float]]:
-    """The session of each run: the last one that was opened before the run began, where the robot
-    stood, and at which time (seconds since 1970) the session's clock was at 0.
-    """
-    try:
-        lines = read_regular_text(path).splitlines()
-    except (OSError, UnicodeDecodeError) as exc:
-        raise InputError(f"{path}: cannot be read ({exc})") from exc
-    opened = []
-    for number, line in enumerate(lines, 1):
-        if '"start"' not in line:
-            continue
-        try:
-            about = json.loads(line)
-            began = datetime.fromisoformat(str(about["start"])).timestamp()
-            opened.append((began, began - float(about["at"])))
-        except (ValueError, KeyError, TypeError) as exc:
-            raise InputError(f"{path}:{number}: is no line of a traffic log") from exc
-    for began, start in starts:
-        before = [k for k, (at, _) in enumerate(opened) if at <= began]
-        if before:
-            yield before[-1], start, opened[before[-1]][1]

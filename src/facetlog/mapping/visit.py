@@ -1,6 +1,5 @@
 """A collection's folder as the map takes it: its runs, its way, and its views in groups."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from facetlog.robot.collecting.record import (
     read_record,
     read_robot_tum,
 )
+from facetlog.robot.collecting.run_sessions import run_start
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
@@ -75,18 +75,9 @@ def read_visit(folder: Path) -> Visit:
         taken,
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
-        driven(folder, tuple(_start(run, folder) for run in runs)),
+        driven(folder, tuple(run_start(run, folder) for run in runs)),
         places_of(lines),
     )
-
-
-def _start(run: Mapping[str, object], folder: Path) -> tuple[float, Pose2]:
-    match run:
-        case {"start": [float() | int() as x, float() | int() as y, float() | int() as heading]}:
-            began = run.get("began")
-            at = float(began) if isinstance(began, int | float) else 0.0
-            return at, Pose2(float(x), float(y), math.radians(heading))
-    raise InputError(f"{folder}: collect.jsonl does not say where a run began")
 
 
 def _is_stated(run: Mapping[str, object]) -> bool:

@@ -19,6 +19,7 @@ from facetlog.perception.detection.view_graph import (
     KEY_VIEWS,
     PARTNERS,
     view_graph,
+    view_motion,
 )
 from facetlog.perception.types import Pose, View
 from facetlog.robot.rendering.views import random_similarity
@@ -176,3 +177,51 @@ def test_every_key_view_of_a_long_film_differs_from_the_others() -> None:
     used = sorted({k for pair in graph.pairs for k in pair})
     assert set(range(100, 111)) <= set(used)
     assert all(a < b for a, b in pairwise(used))
+
+
+def turned(degrees: float, centre: np.ndarray) -> Pose:
+    """A camera at a place that is turned so far about its own vertical, from along z."""
+    return Pose(cv2.Rodrigues(np.array([0.0, np.radians(degrees), 0.0]))[0], centre)
+
+
+@pytest.mark.parametrize(("degrees", "x"), [(0.0, 8.0), (90.0, 8.0), (90.0, 0.0), (180.0, 0.0)])
+def test_a_view_that_does_not_face_the_focus_counts_as_one_of_its_own(
+    degrees: float, x: float
+) -> None:
+    # The focus is in its plane (depth 0), behind it, or where it stands.
+    poses = [turned(0.0, np.array([x, 0.0, 0.0])) for x in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+    focus = view_graph([view(pose=p) for p in poses]).focus
+    aside = turned(degrees, np.array([x, 0.0, focus[2]]))
+    views = [view(pose=p) for p in (*poses, aside)]
+    motion, graph = view_motion(views), view_graph(views)
+    assert np.isfinite(motion).all()
+    assert np.isfinite(graph.weight).all()
+    np.testing.assert_array_equal(motion, motion.T)
+    assert not motion.diagonal().any()
+    assert graph.weight[-1] == 1.0
+
+
+def test_copies_of_a_view_that_looks_elsewhere_count_as_one() -> None:
+    away = view(pose=turned(180.0, np.array([30.0, 0.0, 0.0])))
+    weight = view_graph((*ring(), away, away)).weight
+    assert weight[-2:].sum() == pytest.approx(1.0)
+
+
+def test_views_from_one_place_that_turns_do_not_hide_where_the_others_look() -> None:
+    # Axes from one place meet at that place, which is nothing that anybody looks at.
+    centre = np.array([3.0, 0.0, 0.0])
+    spot = [turned(degrees, centre) for degrees in (-30.0, 15.0, 60.0, 105.0)]
+    places = ((-1.0, 30.0), (0.0, -80.0), (1.0, 160.0))
+    others = [turned(degrees, np.array([x, 0.0, 0.5])) for x, degrees in places]
+    graph = view_graph([view(pose=p) for p in (*others, *spot)])
+    assert graph.distance > 1.0
+    np.testing.assert_allclose(graph.weight, 1.0, atol=1e-3)
+
+
+def test_a_camera_that_only_turns_has_views_that_differ_as_its_pictures_do() -> None:
+    views = [view(pose=turned(d, np.array([3.0, 0.0, 0.0]))) for d in (0.0, 0.1, 90.0, 180.0)]
+    graph = view_graph(views)
+    assert graph.weight[0] == pytest.approx(graph.weight[1])
+    assert 0.5 <= graph.weight[0] < 0.6
+    np.testing.assert_array_equal(graph.weight[2:], 1.0)
+    assert np.isfinite(graph.focus).all()

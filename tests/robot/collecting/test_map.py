@@ -8,11 +8,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.types import Camera
+from facetlog.perception.types import Camera, Image
+from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.floor_in_view import floor_in_view, looked_at
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.map_labels import Box, placed
+from facetlog.robot.collecting.map_picture import (
+    AREA,
+    MARGIN_PX,
+    SEEN,
+    SIGHT,
+    TARGET,
+    Entry,
+    Floor,
+    _entries,
+    _in_rows,
+    _size,
+    map_png,
+)
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.record import Taken
+from facetlog.robot.collecting.route import Circle
 from facetlog.robot.pose2 import Pose2
 
 CAMERA = Camera(640, 480, 500.0, 500.0, 319.5, 239.5)
@@ -79,3 +96,58 @@ def test_words_of_the_width_that_opencv_draws_fit_their_boxes() -> None:
     (width, height), below = cv2.getTextSize("t1 is a box (73%)", cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
     assert width > 8 * height
     assert below < height
+
+
+TARGET_AT = np.array([1.0, 0.5, 0.0])
+
+
+def drawn(floor: Floor, *, tilt: float = -0.3) -> Image:
+    """The map of one view of a robot at the origin; at a tilt of 0 it looks far beyond the map."""
+    place, gaze = Pose2(), Gaze(0.0, tilt)
+    pose = camera_pose(place, DEFAULT_MOUNT, gaze)
+    sharp = Quality(1.0, 1.0, 0.0)
+    covariance = 1e-4 * np.eye(6)
+    view = Taken(1, "1.png", pose, covariance, place, place, 0.0, tilt, 0, 1.0, sharp)
+    path = (Pose2(-0.5, 0.0), place)
+    data = map_png(path, (view,), floor, Optics(CAMERA))
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    return image
+
+
+def of_colour(image: Image, colour: tuple[int, int, int]) -> int:
+    return int((image == colour).all(axis=2).sum())
+
+
+@pytest.mark.parametrize("tilt", [0.0, -0.1])
+def test_a_line_of_sight_that_leaves_the_map_ends_at_its_rim(tilt: float) -> None:
+    image = drawn(Floor((), None, 0.25), tilt=tilt)
+    rows = image[MARGIN_PX:-MARGIN_PX]
+    near = np.abs(rows.astype(int) - SIGHT).max(axis=2) < 20
+    assert near[:, -MARGIN_PX - 20 : -MARGIN_PX].sum() >= 20
+    assert (rows[:, -MARGIN_PX:] == 255).all()
+
+
+def test_the_area_and_the_target_are_drawn_and_named() -> None:
+    area = drawn(Floor((), None, 0.25, area=(-1.0, -1.0, 2.0, 3.0)))
+    # A rectangle of 10 m, 2 pixels wide, on a map of 3.7 m and 1060 pixels, and its sign.
+    assert of_colour(area, AREA) > 0.8 * 10 * 2 * 1060 / 3.7
+    aim = drawn(Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25))
+    assert of_colour(aim[:MARGIN_PX], TARGET) > 10
+    assert of_colour(aim[MARGIN_PX:], TARGET) > 10
+    words = [text for text, *_ in _entries(2, Floor((), TARGET_AT, 0.25), found=False)]
+    assert words[:2] == ["2 views", "the robot"]
+    assert "looked at" in words
+
+
+@given(st.integers(300, 1200))
+@settings(max_examples=20, deadline=None)
+def test_a_legend_of_a_narrow_map_is_above_it_and_within(width: int) -> None:
+    floor = Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25, ((0.0, 0.0),), (0.0, 0.0, 1.0, 9.0))
+    entries: list[Entry] = _entries(24, floor, found=True)
+    rows = _in_rows(entries, width)
+    assert [entry for *_, entry in rows] == entries
+    for x, _, (text, *_) in rows:
+        assert x == MARGIN_PX or x + _size(text)[0] <= width
+    narrow = drawn(floor)
+    assert of_colour(narrow[: max(y for _, y, _ in _in_rows(entries, narrow.shape[1])) + 11], SEEN)

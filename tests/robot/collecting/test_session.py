@@ -9,18 +9,20 @@ import cv2
 import numpy as np
 import pytest
 
+from facetlog.commands.robot_words import early_end_line
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
+from facetlog.robot.collecting.last_place import stated_pose
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import SETTLE, Rig, collect, end_recorded
+from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
 from facetlog.robot.head.head import HeadState
@@ -53,6 +55,9 @@ class Heard:
 
     def note(self, message: str) -> None:
         self.warnings.append(message)
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
+        self.warnings.append(early_end_line(ended, there, total))
 
 
 def _picture(robot: Pose2, head: HeadState) -> Image:
@@ -299,7 +304,7 @@ def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
     assert end["robot"] == pytest.approx([true.x, true.y, math.degrees(true.heading)])
     assert scene.heard.warnings[-1:] == [
         f"1 of 2 views are there: go on with --resume --start {true.x:.3f},{true.y:.3f},"
-        f"{math.degrees(true.heading):.1f}, where it stands by odometry"
+        f"{math.degrees(true.heading):.1f} (where it stands by odometry)"
     ]
 
 
@@ -340,7 +345,20 @@ def test_a_picture_that_finds_no_room_leaves_the_end_in_the_log(
     assert "cannot be written" in str(end["fault"])
 
 
-def test_a_robot_whose_link_is_lost_leaves_the_place_to_who_goes_on(tmp_path: Path) -> None:
+def test_what_ended_it_is_said_at_once_with_the_place_to_go_on_from(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, FakeRobot(START, wall=(1.0, 0.5, 0.3)))
+    ended = collect(scene.rig, scene.plan(1, 9).stops, scene.record, scene.heard)
+    assert ended.fault is not None
+    assert ended.robot is not None
+    again = f"go on with --resume --start {stated_pose(ended.robot)}"
+    said = scene.heard.warnings[-1]
+    assert said.startswith("the robot touched something at its front (bumper 3)")
+    views = f"{ended.taken} of 2 views are there"
+    assert said.endswith(f": free it, then {again} (where it stands by odometry); {views}")
+    assert said.count("--resume") == 1
+
+
+def test_a_robot_whose_link_is_lost_was_last_heard_somewhere(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
 
     def lost(state: FakeState) -> FakeState:
@@ -351,8 +369,8 @@ def test_a_robot_whose_link_is_lost_leaves_the_place_to_who_goes_on(tmp_path: Pa
     assert str(ended.fault) == "the link is lost"
     assert "robot" not in _log(tmp_path)[-1]
     assert scene.heard.warnings == [
-        "0 of 1 views are there: go on with --resume --start X,Y,HEADING_DEG, where the robot "
-        "stands"
+        f"the link is lost; go on with --resume --start {stated_pose(START)} (where it was last "
+        "heard); 0 of 1 views are there"
     ]
 
 

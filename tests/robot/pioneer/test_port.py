@@ -70,7 +70,20 @@ def test_a_read_waits_no_longer_than_it_is_reported(server: socket.socket) -> No
 def test_a_server_that_hangs_up_is_said(server: socket.socket) -> None:
     port = open_port("tcp:{}:{}".format(*server.getsockname()))
     server.accept()[0].close()
-    with pytest.raises(DeviceError, match="closed the connection"):
+    with pytest.raises(DeviceError, match="closed the connection; it may serve only one client"):
+        port.read(10.0)
+    port.close()
+
+
+def test_a_server_that_served_before_it_hangs_up_is_not_said_to_serve_others(
+    server: socket.socket,
+) -> None:
+    port = open_port("tcp:{}:{}".format(*server.getsockname()))
+    accepted = server.accept()[0]
+    accepted.sendall(b"report")
+    assert port.read(10.0) == b"report"
+    accepted.close()
+    with pytest.raises(DeviceError, match="what serves the robot there may have ended"):
         port.read(10.0)
     port.close()
 
