@@ -31,6 +31,14 @@ from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
 from facetlog.recordings.on_scene import face_loops, verdict_places
+from facetlog.recordings.ros_messages import (
+    LINE_STRIP,
+    MAP,
+    SPHERE,
+    TEXT_VIEW_FACING,
+    RosMessages,
+    nanoseconds,
+)
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
@@ -48,7 +56,7 @@ except ModuleNotFoundError as exc:
 __all__ = ["SUFFIX", "McapRecording", "checked_mcap"]
 
 SUFFIX = ".mcap"
-MAP, ODOM, BASE, CAMERA = "map", "odom", "base_link", "camera_optical_frame"
+ODOM, BASE, CAMERA = "odom", "base_link", "camera_optical_frame"
 TOPICS = {
     "/tf": "tf2_msgs/msg/TFMessage",
     "/odom": "nav_msgs/msg/Odometry",
@@ -70,12 +78,9 @@ LENSES = {
 LINE_WIDTH, TEXT_HEIGHT = 0.004, 0.06  # metres
 MEASURED, IMPLIED, INK = (0.1, 0.45, 0.8, 1.0), (0.6, 0.6, 0.6, 1.0), (0.1, 0.1, 0.1, 1.0)
 CHOSEN = (0.85, 0.5, 0.1, 1.0)
-NANO = 1_000_000_000
 ON_FLOOR = (0, 1, 5)
 # Poses that are read from a file are off by less, m and rad.
 ROUNDING = 1e-6
-# Of visualization_msgs/Marker.
-SPHERE, LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 2, 4, 9, 0, 3
 
 
 def checked_mcap(path: Path) -> Path:
@@ -96,6 +101,7 @@ class McapRecording:
         # rosbags writes a folder with a description beside the file, which alone is a recording.
         self._folder = path.with_name(f".{path.name}.part")
         self._store = get_typestore(Stores.ROS2_HUMBLE)
+        self._ros = RosMessages(self._store)
         self._last: tuple[float, Pose2] | None = None
         self._start: Pose2 | None = None
         self._sure = OdometryCovariance()
@@ -150,19 +156,19 @@ class McapRecording:
             self._write(
                 "/odom",
                 at,
-                header=self._header(at, ODOM),
+                header=self._ros.header(at, ODOM),
                 child_frame_id=BASE,
-                pose=self._make(
+                pose=self._ros.make(
                     "geometry_msgs/msg/PoseWithCovariance",
-                    pose=self._pose(*_of_robot(here)),
+                    pose=self._ros.pose(*_of_robot(here)),
                     covariance=_on_floor(self._sure.covariance),
                 ),
-                twist=self._make(
+                twist=self._ros.make(
                     "geometry_msgs/msg/TwistWithCovariance",
-                    twist=self._make(
+                    twist=self._ros.make(
                         "geometry_msgs/msg/Twist",
-                        linear=self._vector(speed[0], 0.0, 0.0),
-                        angular=self._vector(0.0, 0.0, speed[1]),
+                        linear=self._ros.vector(speed[0], 0.0, 0.0),
+                        angular=self._ros.vector(0.0, 0.0, speed[1]),
                     ),
                     covariance=np.zeros(36),
                 ),
@@ -176,12 +182,12 @@ class McapRecording:
         map_from_robot = Rotation.from_euler("z", view.robot.heading)
         off = map_from_robot.inv().apply(centre - np.array([view.robot.x, view.robot.y, 0.0]))
         frames = self._robot_frames(at, moment.start, view.odometry)
-        frames.append(self._transform(at, BASE, CAMERA, off, map_from_robot.inv() * turn))
+        frames.append(self._ros.transform(at, BASE, CAMERA, off, map_from_robot.inv() * turn))
         self._write("/tf", at, transforms=frames)
         self._write(
             "/joint_states",
             at,
-            header=self._header(at, BASE),
+            header=self._ros.header(at, BASE),
             name=JOINTS,
             position=np.array([view.pan, view.tilt]),
             velocity=np.zeros(0),
@@ -191,17 +197,17 @@ class McapRecording:
         self._write(
             "/camera/image/compressed",
             at,
-            header=self._header(at, CAMERA),
+            header=self._ros.header(at, CAMERA),
             format="png",
             data=np.frombuffer(moment.picture, dtype=np.uint8),
         )
         self._write(
             "/camera/pose",
             at,
-            header=self._header(at, MAP),
-            pose=self._make(
+            header=self._ros.header(at, MAP),
+            pose=self._ros.make(
                 "geometry_msgs/msg/PoseWithCovariance",
-                pose=self._pose(centre, turn),
+                pose=self._ros.pose(centre, turn),
                 covariance=np.ascontiguousarray(view.covariance, dtype=np.float64).ravel(),
             ),
         )
@@ -214,43 +220,47 @@ class McapRecording:
             self._write("/facetlog/verdicts", at, markers=self._verdicts(at))
 
     def _faces(self, at: float) -> list[Any]:
-        markers = [self._cleared(at)]
+        markers = [self._ros.cleared(at)]
         for place, (scene, _) in self._known.items():
             group = _group("faces", place)
             for number, (face, loop) in enumerate(face_loops(scene)):
                 outline = (*loop, loop[0])
-                points = [self._make("geometry_msgs/msg/Point", **_xyz(p)) for p in outline]
+                points = [self._ros.point(p) for p in outline]
                 colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
                 markers.append(
-                    self._marker(at, group, number, LINE_STRIP, colour, LINE_WIDTH, points=points)
+                    self._ros.marker(
+                        at, group, number, LINE_STRIP, colour, LINE_WIDTH, points=points
+                    )
                 )
         return markers
 
     def _verdicts(self, at: float) -> list[Any]:
-        markers = [self._cleared(at)]
+        markers = [self._ros.cleared(at)]
         for place, (scene, recognition) in self._known.items():
             if recognition is None:
                 continue
             group, kind, size = _group("verdicts", place), TEXT_VIEW_FACING, TEXT_HEIGHT
             for number, (said, middle) in enumerate(verdict_places(scene, recognition)):
                 markers.append(
-                    self._marker(at, group, number, kind, INK, size, text=said, place=middle)
+                    self._ros.marker(at, group, number, kind, INK, size, text=said, place=middle)
                 )
         return markers
 
     def _candidates(self, moment: Moment) -> list[Any]:
         """A ball where each view would be taken, the larger the more it promised a second."""
-        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
+        at, markers = moment.taken.time, [self._ros.cleared(moment.taken.time)]
         for number, each in enumerate(moment.candidates):
             colour, size = CHOSEN if each.is_chosen else IMPLIED, 2 * each.radius
             markers.append(
-                self._marker(at, "candidates", number, SPHERE, colour, size, place=each.place)
+                self._ros.marker(at, "candidates", number, SPHERE, colour, size, place=each.place)
             )
             if each.is_chosen:
                 above = each.place + np.array([0.0, 0.0, 2 * TEXT_HEIGHT])
                 words, kind = each.words, TEXT_VIEW_FACING
                 markers.append(
-                    self._marker(at, "why", number, kind, INK, TEXT_HEIGHT, text=words, place=above)
+                    self._ros.marker(
+                        at, "why", number, kind, INK, TEXT_HEIGHT, text=words, place=above
+                    )
                 )
         return markers
 
@@ -259,7 +269,7 @@ class McapRecording:
         model, names = LENSES[optics.model]
         k = camera.matrix
         return {
-            "header": self._header(at, CAMERA),
+            "header": self._ros.header(at, CAMERA),
             "height": camera.height,
             "width": camera.width,
             "distortion_model": model,
@@ -269,7 +279,7 @@ class McapRecording:
             "p": np.column_stack([k, np.zeros(3)]).ravel(),
             "binning_x": 0,
             "binning_y": 0,
-            "roi": self._make(
+            "roi": self._ros.make(
                 "sensor_msgs/msg/RegionOfInterest",
                 x_offset=0,
                 y_offset=0,
@@ -281,110 +291,19 @@ class McapRecording:
 
     def _robot_frames(self, at: float, start: Pose2, here: Pose2) -> list[Any]:
         return [
-            self._transform(at, MAP, ODOM, *_of_robot(start)),
-            self._transform(at, ODOM, BASE, *_of_robot(here)),
+            self._ros.transform(at, MAP, ODOM, *_of_robot(start)),
+            self._ros.transform(at, ODOM, BASE, *_of_robot(here)),
         ]
-
-    def _transform(
-        self, at: float, parent: str, child: str, place: FloatArray, turn: Rotation
-    ) -> Any:
-        return self._make(
-            "geometry_msgs/msg/TransformStamped",
-            header=self._header(at, parent),
-            child_frame_id=child,
-            transform=self._make(
-                "geometry_msgs/msg/Transform",
-                translation=self._vector(*place),
-                rotation=self._quaternion(turn),
-            ),
-        )
-
-    def _marker(
-        self,
-        at: float,
-        group: str,
-        number: int,
-        kind: int,
-        colour: tuple[float, float, float, float],
-        size: float,
-        *,
-        points: "list[Any] | None" = None,
-        text: str = "",
-        place: FloatArray | None = None,
-        delete_all: bool = False,
-    ) -> Any:
-        nowhere = np.zeros(3) if place is None else place
-        r, g, b, a = colour
-        return self._make(
-            "visualization_msgs/msg/Marker",
-            header=self._header(at, MAP),
-            ns=group,
-            id=number,
-            type=kind,
-            action=DELETE_ALL if delete_all else ADD,
-            pose=self._pose(nowhere, Rotation.identity()),
-            scale=self._vector(size, size, size),
-            color=self._make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=a),
-            lifetime=self._make("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
-            frame_locked=False,
-            points=points or [],
-            colors=[],
-            texture_resource="",
-            texture=self._make(
-                "sensor_msgs/msg/CompressedImage",
-                header=self._header(at, ""),
-                format="",
-                data=np.zeros(0, dtype=np.uint8),
-            ),
-            uv_coordinates=[],
-            text=text,
-            mesh_resource="",
-            mesh_file=self._make(
-                "visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, dtype=np.uint8)
-            ),
-            mesh_use_embedded_materials=False,
-        )
-
-    def _cleared(self, at: float) -> Any:
-        """What removes the markers of the view before."""
-        return self._marker(at, "", 0, 0, INK, 0.0, delete_all=True)
-
-    def _pose(self, place: FloatArray, turn: Rotation) -> Any:
-        return self._make(
-            "geometry_msgs/msg/Pose",
-            position=self._make("geometry_msgs/msg/Point", **_xyz(place)),
-            orientation=self._quaternion(turn),
-        )
-
-    def _quaternion(self, turn: Rotation) -> Any:
-        x, y, z, w = turn.as_quat(canonical=True).tolist()
-        return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-    def _vector(self, x: float, y: float, z: float) -> Any:
-        return self._make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
-
-    def _header(self, at: float, frame: str) -> Any:
-        seconds, nanoseconds = divmod(_nanoseconds(at), NANO)
-        stamp = self._make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
-        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
-
-    def _make(self, kind: str, **fields: Any) -> Any:
-        return self._store.types[kind](**fields)
 
     def _write(self, topic: str, at: float, **fields: Any) -> None:
         kind = TOPICS[topic]
-        data = self._store.serialize_cdr(self._make(kind, **fields), kind)
-        self._writer.write(self._topics[topic], _nanoseconds(at), data)
+        data = self._store.serialize_cdr(self._ros.make(kind, **fields), kind)
+        self._writer.write(self._topics[topic], nanoseconds(at), data)
 
 
 def _group(what: str, place: int) -> str:
     """The markers' namespace for what was seen at a place of an area, 0 of a tour."""
     return f"place {place} {what}" if place else what
-
-
-def _nanoseconds(at: float) -> int:
-    seconds = math.floor(at)
-    return seconds * NANO + round((at - seconds) * NANO)
 
 
 def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:
@@ -405,8 +324,3 @@ def _on_floor(covariance: FloatArray) -> FloatArray:
     whole = np.zeros((6, 6))
     whole[np.ix_(ON_FLOOR, ON_FLOOR)] = covariance
     return whole.ravel()
-
-
-def _xyz(point: FloatArray) -> dict[str, float]:
-    x, y, z = map(float, point)
-    return {"x": x, "y": y, "z": z}
