@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
+from facetlog.perception.detection.line_front_end.boards_between import boards_between
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     completed_corners,
     merge_corners,
@@ -20,6 +21,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
     surface_between,
@@ -210,6 +212,14 @@ def tracked_faces(
         faces, taken = select_faces(
             planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
         )
+        behind = LinesBehind(
+            photos,
+            side_judge,
+            covered_extents(cloud.segments, profiles),
+            cloud.end_covs.mean(axis=1),
+            cloud.pixel,
+        )
+        faces += boards_between(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)
