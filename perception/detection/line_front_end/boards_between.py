@@ -44,14 +44,15 @@ from facetlog.perception.detection.line_front_end.planes.board_places import (
     PARALLEL_COSINE,
     UPRIGHT_SINE,
     BoardPlaces,
-    board_places,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["boards_between"]
+__all__ = ["BoardSearch", "Sight"]
 
 # Less than one in a thousand scenes may show edges so by chance.
 CHANCE_PENALTY = float(np.log(1000.0))
@@ -60,42 +61,21 @@ CHANCE_PENALTY = float(np.log(1000.0))
 FAINT = 0.5
 # A view shows a side at odds of 20 to 1; so many distinct views must.
 SHOWS_SIDE, SIDE_WEIGHT = float(np.log(20.0)), 3.0
+# An edge reaches so far to either side, px.
+EDGE_PX = 2.0
 # The ground about a thing is looked at so many times as far from its middle as it reaches.
 AROUND = np.array([1.2, 1.5, 2.0])
 # A side is one with a found face where this share of it lies on the face.
 JOINED_SHARE = 0.5
 
 
-def boards_between(
-    faces: Sequence[SelectedFace],
-    photos: PhotometricViews,
-    sides: SideJudge,
-    taken: Sequence[NDArray[np.uint8]],
-    ground: Ground | None,
-    behind: LinesBehind,
-    pixel: float,
-) -> tuple[SelectedFace, ...]:
-    """The level boards between `faces` that stand upright opposite each other, the likeliest first.
-
-    `taken` are the pixels that found faces explain, V pictures of 0 and 1; `pixel` is a pixel's
-    length at the usual distance. None without a ground, which says what is level.
-    """
-    if ground is None:
-        return ()
-    places = board_places(faces, ground.normal, pixel, MIN_SIDE_PX * pixel)
-    if not len(places.rings):
-        return ()
-    judge = FaceJudge(photos, sides, ground)
-    sight = _Sight(photos, sides, judge, behind, taken, ground, pixel)
-    found: list[SelectedFace] = []
-    for normal in (ground.normal, -ground.normal):
-        found += _Search((*faces, *found), places, normal, sight).run()
-    return tuple(found)
-
-
 @dataclass(frozen=True, eq=False, slots=True)
-class _Sight:
-    """What the views show, and what was concluded from them; as of `boards_between`."""
+class Sight:
+    """What the views show, and what was concluded from them.
+
+    `taken` are the pixels that found faces explain, V pictures of 0 and 1; `behind` says whether
+    one sees through an outline; `pixel` is a pixel's length at the usual distance.
+    """
 
     photos: PhotometricViews
     sides: SideJudge
@@ -106,15 +86,18 @@ class _Sight:
     pixel: float
 
 
-class _Search:
-    """The boards among t places that are seen from the side to which `normal` points."""
+class BoardSearch:
+    """Searches t places for boards that are seen from the side to which `normal` points.
+
+    What the `faces` hide is no evidence.
+    """
 
     def __init__(
         self,
         faces: Sequence[SelectedFace],
         places: BoardPlaces,
         normal: FloatArray,
-        sight: _Sight,
+        sight: Sight,
     ) -> None:
         self._places = places
         self._normal = normal
@@ -152,13 +135,50 @@ class _Search:
                 found.append(board)
                 self._add(board)
 
+    def seen_beyond(self, front: SelectedFace, board: SelectedFace) -> FloatArray:
+        """Evidence (s,) of views that a `front` hides for the far side of a found board, at as many
+        depths: a rear may be thick.
+
+        The sides of all that was found, and of the front itself, are no evidence: one line printed
+        on the front may be a board's rim, but is not both that and the far side.
+        """
+        sight = self._sight
+        near, far = self._free(board.corners)
+        if (far - near).sum(axis=0) @ front.normal > 0:
+            near, far = far, near
+        steps = np.arange(0.0, MIN_SIDE_PX, EDGE_PX) * sight.pixel
+        sides = far + steps[:, None, None] * front.normal
+        points = segment_samples(sides, SAMPLES).reshape(-1, 3)
+        margin, centres = FREE_PX * sight.pixel, sight.photos.centres
+        seen = (centres - board.corners[0]) @ self._normal > 0
+        bare = blocked(front.corners, front.normal, points, centres, margin, front.holes)
+        for face in self._faces:
+            if face is not board:
+                bare &= ~self._blocks(face, points)
+        bare = (bare & seen[:, None]).reshape(-1, len(sides), SAMPLES)
+        others = [_sides(face) for face in (*self._faces, front) if face is not board]
+        for side in (near, *np.concatenate(others)):
+            if np.linalg.norm((side - far).mean(axis=0)) < margin + steps[-1]:
+                continue  # where the rear itself ends
+            if abs(_way(side) @ _way(far)) > PARALLEL_COSINE:
+                known = np.broadcast_to(side, sides.shape)
+                bare &= sight.sides.apart(self._everyone, sides, known)
+        ratio = sight.sides.evidence(self._everyone, sides, bare).ratio
+        return _in_favour(ratio, sight.photos.weight)
+
+    def _free(self, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+        # The free sides (2, 3) of a board's outline, whichever way round it is.
+        ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        along = [abs(_way(side) @ _way(self._ends[0])) for side in ends[:2]]
+        first = int(along[1] > along[0])
+        return ends[first], ends[first + 2]
+
     def _evidence(self) -> tuple[FloatArray, FloatArray]:
         # Of each place the log-likelihood ratio of its sides, 0 where they do not show a board, and
         # the share of them that is found.
         weight = self._sight.photos.weight
         evidence = self._sight.sides.evidence(self._everyone, self._ends, self._bare, self._joined)
-        in_view = np.logaddexp(np.log(1 - FAINT) + evidence.ratio, np.log(FAINT))
-        ratio = (weight @ in_view).reshape(-1, 2)
+        ratio = _in_favour(evidence.ratio, weight).reshape(-1, 2)
         views = (weight @ (evidence.ratio > SHOWS_SIDE)).reshape(-1, 2)
         free = self._joined.mean(axis=1).reshape(-1, 2) < JOINED_SHARE
         shown = free & (ratio > self._penalty) & (views >= SIDE_WEIGHT)
@@ -197,7 +217,13 @@ class _Search:
             return None
         if sight.behind.seen_through(corners, normal, np.nonzero(inside.shown)[0]):
             return None
-        return SelectedFace(corners, normal, inside.shown, coverage, inside.points)
+        # It is as level as things are built, and its height is known to an edge's reach.
+        level = np.column_stack(
+            [(corners - corners.mean(axis=0)) @ plane_basis(normal), np.ones(4)]
+        )
+        prior = np.diag([SQUARE_SLOPE, SQUARE_SLOPE, EDGE_PX * sight.pixel]) ** 2
+        cov = level @ prior @ level.T
+        return SelectedFace(corners, normal, inside.shown, coverage, inside.points, cov)
 
     def _outshines_ground(self, inside: FaceEvidence) -> bool:
         # Whether a board on the ground is brighter than any of the ground about: between two sides
@@ -235,9 +261,8 @@ class _Search:
         self._bare &= ~self._blocks(face, points).reshape(self._bare.shape)
         ways = self._ends[:, 1] - self._ends[:, 0]
         ways = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-        for side in np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1):
-            way = (side[1] - side[0]) / np.linalg.norm(side[1] - side[0])
-            along = np.nonzero(np.abs(ways @ way) > PARALLEL_COSINE)[0]
+        for side in _sides(face):
+            along = np.nonzero(np.abs(ways @ _way(side)) > PARALLEL_COSINE)[0]
             known = np.broadcast_to(side, self._ends[along].shape)
             apart = self._sight.sides.apart(self._everyone, self._ends[along], known)
             self._bare[:, along] &= apart
@@ -256,3 +281,18 @@ class _Search:
         rings = self._places.rings
         for k in np.nonzero(self._left)[0].tolist():
             self._left[k] = not overlap(rings[k], self._normal, level, self._normal, near)
+
+
+def _in_favour(ratio: FloatArray, weight: FloatArray) -> FloatArray:
+    # The summed log-likelihood ratio (k,) of sides that each view (V, k) shows or not: some are too
+    # faint in it.
+    in_view = np.logaddexp(np.log(1 - FAINT) + ratio, np.log(FAINT))
+    return np.asarray(weight @ in_view)
+
+
+def _sides(face: SelectedFace) -> FloatArray:
+    return np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+
+
+def _way(side: FloatArray) -> FloatArray:
+    return np.asarray((side[1] - side[0]) / np.linalg.norm(side[1] - side[0]))

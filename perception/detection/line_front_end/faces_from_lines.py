@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
-from facetlog.perception.detection.line_front_end.boards_between import boards_between
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     completed_corners,
     merge_corners,
@@ -56,6 +55,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
 )
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
+from facetlog.perception.detection.line_front_end.with_boards import with_boards
 from facetlog.perception.detection.picture_noise import Noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import (
@@ -219,7 +219,7 @@ def tracked_faces(
             cloud.end_covs.mean(axis=1),
             cloud.pixel,
         )
-        faces += boards_between(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
+        faces = with_boards(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)

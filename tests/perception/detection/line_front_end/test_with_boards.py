@@ -1,11 +1,12 @@
 """Boards between the sides of shelves, of which pictures show little but a front rim."""
 
+from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.line_front_end.boards_between import boards_between
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
@@ -13,6 +14,7 @@ from facetlog.perception.detection.line_front_end.evidence.see_through import Li
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.with_boards import with_boards
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.furniture import bench, shelf
 from facetlog.robot.rendering.solids import cuboid, placed
@@ -71,16 +73,26 @@ def outside(rig: Rig, *names: str) -> tuple[SelectedFace, ...]:
     return tuple(panel(*faces[name], rig) for name in names)
 
 
-def boards(
+def seen(
     rig: Rig, faces: tuple[SelectedFace, ...], *, ground: bool = True
 ) -> tuple[SelectedFace, ...]:
+    """The faces with boards, without fronts that are none."""
     weight = np.ones(len(rig.views))
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
     judge = SideJudge(rig.views, rig.maps, weight)
     centres = np.array([v.pose.centre for v in rig.views])
     floor = Ground(UP, 0.0, 6.0 * rig.pixel, centres, DISTANCE) if ground else None
     behind = LinesBehind(photos, judge, np.zeros((0, 2, 3)), np.zeros((0, 3, 3)), rig.pixel)
-    return boards_between(faces, photos, judge, rig.untaken, floor, behind, rig.pixel)
+    return with_boards(faces, photos, judge, rig.untaken, floor, behind, rig.pixel)
+
+
+def boards(
+    rig: Rig, faces: tuple[SelectedFace, ...], *, ground: bool = True
+) -> tuple[SelectedFace, ...]:
+    """What was found besides, where all of the faces are true."""
+    found = seen(rig, faces, ground=ground)
+    assert found[: len(faces)] == faces
+    return found[len(faces) :]
 
 
 def heights(found: tuple[SelectedFace, ...]) -> list[float]:
@@ -99,7 +111,8 @@ def test_the_boards_of_a_shelf_are_found_by_their_rims(name: str, known: tuple[s
     for face in found:
         assert face.normal @ UP == pytest.approx(1.0)
         assert face.shown.sum() >= 3
-        assert face.plane_cov is None
+        assert face.plane_cov is not None
+        assert np.sqrt(np.diagonal(face.plane_cov)).max() < 4 * rig.pixel
         extents = np.ptp(face.corners @ outside(rig, "left")[0].normal)
         assert extents == pytest.approx(WIDTH, abs=rig.pixel)
 
@@ -115,8 +128,18 @@ def test_nothing_lies_between_the_ends_of_a_bench() -> None:
     assert boards(rig, outside(rig, "left", "right", "top")) == ()
 
 
-def test_what_a_front_hides_is_not_found() -> None:
+def test_a_front_behind_which_boards_end_is_none() -> None:
     rig = rig_of("shelf")
+    known = outside(rig, "left", "right", "rear", "front", "top")
+    found = seen(rig, known)
+    assert found[:4] == (*known[:3], known[4])
+    assert heights(found[4:]) == pytest.approx(
+        heights(boards(rig, (*known[:3], known[4]))), abs=1e-9
+    )
+
+
+def test_the_faces_of_a_closed_block_stay() -> None:
+    rig = rig_of("block")
     assert boards(rig, outside(rig, "left", "right", "rear", "front", "top")) == ()
 
 
@@ -125,12 +148,31 @@ def test_a_closed_block_has_no_boards_even_if_only_its_sides_are_known() -> None
     assert boards(rig, outside(rig, "left", "right", "top")) == ()
 
 
+def printed(rig: Rig, front: SelectedFace, heights_of_lines: list[float]) -> Rig:
+    """The same pictures with level black lines across a face, as between drawers."""
+    low = front.corners[front.corners[:, 2].argsort()[:2]]
+    views = []
+    for view, shown in zip(rig.views, front.shown, strict=True):
+        image = view.image.copy()
+        for height in heights_of_lines if shown else ():
+            ends = (low + height * UP) @ view.projection[:, :3].T + view.projection[:, 3]
+            (a, b), (c, d) = np.rint(ends[:, :2] / ends[:, 2:]).astype(int).tolist()
+            cv2.line(image, (a, b), (c, d), 20, 2)
+        views.append(replace(view, image=image))
+    return Rig(rig.solid, tuple(views))
+
+
+@pytest.mark.parametrize("lines", [[3.0, 6.0], [2.0, 4.0, 6.0, 8.0], [2.5, 3.3, 5.5, 6.3]])
+def test_a_front_with_lines_as_between_drawers_stays(lines: list[float]) -> None:
+    plain = rig_of("block")
+    (front,) = outside(plain, "front")
+    rig = printed(plain, front, lines)
+    assert boards(rig, outside(rig, "left", "right", "rear", "front", "top")) == ()
+
+
 def test_pictures_without_edges_show_no_board() -> None:
     rig = rig_of("shelf")
-    blank = tuple(
-        type(view)(view.name, np.full_like(view.image, 90), view.camera, view.pose)
-        for view in rig.views
-    )
+    blank = tuple(replace(view, image=np.full_like(view.image, 90)) for view in rig.views)
     assert boards(Rig(rig.solid, blank), outside(rig, "left", "right", "top")) == ()
 
 
