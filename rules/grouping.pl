@@ -21,6 +21,7 @@ compared.
 :- use_module(facetlog_kb(scene)).
 
 tolerance(apart, 0.15).   % of the thing's length: feet nearer than this are one leg's
+tolerance(lying, 45).     % degrees from level
 tolerance(sure,  3).      % deviations: so far before a face is in front of it
 
 %!  separate(+Supports, -Groups) is det.
@@ -223,9 +224,11 @@ end_point(Face, [X, Y, Z]) :-
                  *             LEGS             *
                  *******************************/
 
-%   The pairs P-Q of ends of a standing face's section halfway up, if there are several.
+%   The pairs P-Q of ends of a standing face's section halfway up, if there are several. What lies on
+%   the ground stands on nothing: halfway up it has but its corners' errors.
 stretches(Face, Stretches) :-
     fact(on_ground(Face)),
+    \+ lies(Face),
     fact(up(UX, UY, UZ)),
     Up = [UX, UY, UZ],
     findall(I-Point, ( fact(corner(Face, I, V)), fact(point(V, X, Y, Z)), Point = [X, Y, Z] ), Keyed),
@@ -242,6 +245,11 @@ stretches(Face, Stretches) :-
     Crossings = [Start, _, _, _|_],
     along_line(Start, Crossings, Ordered),
     in_pairs(Ordered, Stretches).
+
+lies(Face) :-
+    fact(tilt(Face, Tilt, _)),
+    tolerance(lying, Most),
+    Tilt =< Most.
 
 height_along(Up, Point, Height) :-
     dot(Point, Up, Height).

@@ -3,133 +3,138 @@
 :- module(shelf, []).
 :- use_module(facetlog(vocabulary)).
 % shelf.model:4
-model(shelf, "Level boards one above the other between upright sides, open in front.", [top]).
+model(shelf, "Level boards one above the other between upright sides, open in front.",
+      [top, left, right]).
 
-% shelf.model:10  parts
+% shelf.model:12  parts
 candidate(shelf, Thing, Parts) :-
     findall(Parts, likely(shelf, Thing, Parts), Found),
     ( Found == [] -> distant(shelf, Thing, Parts) ; member(Parts, Found) ).
 
-% shelf.model:10  all that may satisfy its lines
-likely(shelf, Thing, [Top]) :-
+% shelf.model:12  all that may satisfy its lines
+likely(shelf, Thing, [Top, Left, Right]) :-
     face_of(Thing, Top),
     possible(all([measured(Top), level(Top), upward(Top), at_least(share(Top), 0.7),
-                  at_most(protrusion(Top), 0.2*elevation(Top))])).
+                  at_most(protrusion(Top), 0.2*elevation(Top))])),
+    face_of(Thing, Left),
+    Left \== Top,
+    possible(all([upright(Left), at_least(height(Left), 0.8*thing_height(Thing))])),
+    possible(at_least(width(Left), 0.5*width(Top))),
+    face_of(Thing, Right),
+    Right \== Top,
+    Right \== Left,
+    possible(all([upright(Right), at_least(height(Right), 0.8*thing_height(Thing))])),
+    possible(all([opposite(Left, Right), at_least(width(Right), 0.5*width(Top)),
+                  any([at_least(offset(Left, Right), 0.5*width(Top)),
+                       at_most(offset(Left, Right), -(0.5*width(Top)))])])).
 
-% shelf.model:10  near misses
-distant(shelf, Thing, [Top]) :-
-    as_far_as_seen(Thing, [step(Top, 20, all([measured(Top), level(Top), upward(Top)]))], [Top]).
+% shelf.model:12  near misses
+distant(shelf, Thing, [Top, Left, Right]) :-
+    as_far_as_seen(Thing,
+                   [step(Top, 6, all([measured(Top), level(Top), upward(Top)])),
+                    step(Left, 3, upright(Left)), step(Right, 3, upright(Right))],
+                   [Top, Left, Right]).
 
-% shelf.model:11  board is level, board is upward, low(board), overlap(board, top) at least 80 %
+% shelf.model:13  board is level, board is upward, low(board), overlap(board, top) at least 80 %
 means('shelf.board'(Board, Top),
       all([level(Board), upward(Board),
            soft(at_most(elevation(Board), 0.8*elevation(Top)), 0.1),
            soft(at_least(overlap(Board, Top), 0.8), 0.1)])).
-% shelf.model:13  side is upright, height(side) at least 80 % of height(this), width(side) at least 50 % of width(top)
-means('shelf.side'(Side, Top, Thing),
-      all([upright(Side), soft(at_least(height(Side), 0.8*thing_height(Thing)), 0.1),
-           soft(at_least(width(Side), 0.5*width(Top)), 0.1)])).
-% shelf.model:15  shut is upright, share(shut) at least 70 %, protrusion(shut) at most 20 % of width(top)
-means('shelf.shut'(Shut, Top),
+% shelf.model:15  shut is upright, share(shut) at least 70 %, protrusion(shut) at most 20 % of width(top), not parallel(shut, left, 15 deg)
+means('shelf.shut'(Shut, Top, Left),
       all([upright(Shut), soft(at_least(share(Shut), 0.7), 0.1),
-           soft(at_most(protrusion(Shut), 0.2*width(Top)), 0.1)])).
+           soft(at_most(protrusion(Shut), 0.2*width(Top)), 0.1), not(parallel(Shut, Left, 15))])).
 
-% shelf.model:11
-members(shelf, board, Thing, [Top], Members) :-
+% shelf.model:13
+members(shelf, board, Thing, [Top, Left, Right], Members) :-
     findall(Board,
-            ( face_of(Thing, Board), \+ memberchk(Board, [Top]),
+            ( face_of(Thing, Board), \+ memberchk(Board, [Top, Left, Right]),
               possible('shelf.board'(Board, Top)) ), Found),
     sort(Found, Members).
-% shelf.model:13
-members(shelf, side, Thing, [Top], Members) :-
-    findall(Side,
-            ( face_of(Thing, Side), \+ memberchk(Side, [Top]),
-              possible('shelf.side'(Side, Top, Thing)) ), Found),
-    sort(Found, Members).
 % shelf.model:15
-members(shelf, shut, Thing, [Top], Members) :-
+members(shelf, shut, Thing, [Top, Left, Right], Members) :-
     findall(Shut,
-            ( face_of(Thing, Shut), \+ memberchk(Shut, [Top]), possible('shelf.shut'(Shut, Top)) ),
-            Found),
+            ( face_of(Thing, Shut), \+ memberchk(Shut, [Top, Left, Right]),
+              possible('shelf.shut'(Shut, Top, Left)) ), Found),
     sort(Found, Members).
 
-% shelf.model:11  at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %
-condition(shelf, board, "two boards at least lie below the top one", Thing, [Top],
+% shelf.model:13  at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %
+condition(shelf, board, "two boards at least lie below the top one", Thing, [Top, Left, Right],
           at_least_of(2, Board, Board_groups, 'shelf.board'(Board, Top))) :-
-    members(shelf, board, Thing, [Top], Board_members),
+    members(shelf, board, Thing, [Top, Left, Right], Board_members),
     separate(Board_members, Board_groups).
-% shelf.model:13  at least 2 separate faces side where side is upright, height(side) at least 80 % of height(this), width(side) at least 50 % of width(top)
-condition(shelf, side, "it has two upright sides as high as itself", Thing, [Top],
-          at_least_of(2, Side, Side_groups, 'shelf.side'(Side, Top, Thing))) :-
-    members(shelf, side, Thing, [Top], Side_members),
-    separate(Side_members, Side_groups).
 % shelf.model:18  top is measured, top is level, top is upward
-condition(shelf, level, "the topmost board is level and faces up", _, [Top],
+condition(shelf, level, "the topmost board is level and faces up", _, [Top, _, _],
           all([measured(Top), level(Top), upward(Top)])).
-% shelf.model:19  share(top) at least 70 %
-condition(shelf, cover, "the boards reach from side to side", _, [Top],
+% shelf.model:19  left opposite right, (each x of left, right: x is upright, height(x) at least 80 % of height(this), width(x) at least 50 % of width(top)), apart(left, right)
+condition(shelf, sides, "it has two upright sides as high as itself", Thing, [Top, Left, Right],
+          all([opposite(Left, Right),
+               each(X, [Left, Right],
+                    all([upright(X), soft(at_least(height(X), 0.8*thing_height(Thing)), 0.1),
+                         soft(at_least(width(X), 0.5*width(Top)), 0.1)])),
+               any([soft(at_least(offset(Left, Right), 0.5*width(Top)), 0.1),
+                    soft(at_most(offset(Left, Right), -(0.5*width(Top))), 0.1)])])).
+% shelf.model:23  share(top) at least 70 %
+condition(shelf, cover, "the boards reach from side to side", _, [Top, _, _],
           soft(at_least(share(Top), 0.7), 0.1)).
-% shelf.model:20  protrusion(top) at most 20 % of elevation(top)
-condition(shelf, topmost, "little rises above the topmost board", _, [Top],
+% shelf.model:24  protrusion(top) at most 20 % of elevation(top)
+condition(shelf, topmost, "little rises above the topmost board", _, [Top, _, _],
           soft(at_most(protrusion(Top), 0.2*elevation(Top)), 0.1)).
-% shelf.model:21  gap_below(top) or there is a face f where f underside_of top, gap_below(f)
-condition(shelf, spaced, "there is room between the topmost board and the next", Thing, [Top],
+% shelf.model:25  gap_below(top) or there is a face f where f underside_of top, gap_below(f)
+condition(shelf, spaced, "there is room between the topmost board and the next", Thing,
+          [Top, Left, Right],
           any([soft(between(clear_below(Top), 0.04*elevation(Top), 0.6*elevation(Top)), 0.1),
                some(F, Fs,
                     all([underside_of(F, Top),
                          soft(between(clear_below(F), 0.04*elevation(Top), 0.6*elevation(Top)),
                               0.1)]))])) :-
     findall(F,
-            ( face_of(Thing, F), \+ memberchk(F, [Top]),
+            ( face_of(Thing, F), \+ memberchk(F, [Top, Left, Right]),
               possible(all([underside_of(F, Top),
                             between(clear_below(F), 0.04*elevation(Top), 0.6*elevation(Top))])) ),
             Found),
     sort(Found, Fs).
-% shelf.model:23  count(shut) at most 3
-condition(shelf, open, "one side is open", Thing, [Top],
-          at_most_of(3, Shut, Shut_groups, 'shelf.shut'(Shut, Top))) :-
-    members(shelf, shut, Thing, [Top], Shut_members),
+% shelf.model:27  count(shut) at most 1
+condition(shelf, open, "one side is open", Thing, [Top, Left, Right],
+          at_most_of(1, Shut, Shut_groups, 'shelf.shut'(Shut, Top, Left))) :-
+    members(shelf, shut, Thing, [Top, Left, Right], Shut_members),
     findall([Member], member(Member, Shut_members), Shut_groups).
-% shelf.model:24  each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright
-condition(shelf, straight, "its large faces are level or upright", Thing, [Top],
+% shelf.model:28  each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright
+condition(shelf, straight, "its large faces are level or upright", Thing, [Top, Left, Right],
           each(F, Fs,
                implies(soft(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)), 0.1),
                        any([level(F), upright(F)])))) :-
     findall(F,
-            ( face_of(Thing, F), \+ memberchk(F, [Top]),
+            ( face_of(Thing, F), \+ memberchk(F, [Top, Left, Right]),
               possible(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing))) ),
             Found),
     sort(Found, Fs).
 
-written(shelf, board, 'shelf.model:11',
+written(shelf, board, 'shelf.model:13',
         "at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %").
-written(shelf, side, 'shelf.model:13',
-        "at least 2 separate faces side where side is upright, height(side) at least 80 % of height(this), width(side) at least 50 % of width(top)").
 written(shelf, level, 'shelf.model:18', "top is measured, top is level, top is upward").
-written(shelf, cover, 'shelf.model:19', "share(top) at least 70 %").
-written(shelf, topmost, 'shelf.model:20', "protrusion(top) at most 20 % of elevation(top)").
-written(shelf, spaced, 'shelf.model:21',
+written(shelf, sides, 'shelf.model:19',
+        "left opposite right, (each x of left, right: x is upright, height(x) at least 80 % of height(this), width(x) at least 50 % of width(top)), apart(left, right)").
+written(shelf, cover, 'shelf.model:23', "share(top) at least 70 %").
+written(shelf, topmost, 'shelf.model:24', "protrusion(top) at most 20 % of elevation(top)").
+written(shelf, spaced, 'shelf.model:25',
         "gap_below(top) or there is a face f where f underside_of top, gap_below(f)").
-written(shelf, open, 'shelf.model:23', "count(shut) at most 3").
-written(shelf, straight, 'shelf.model:24',
+written(shelf, open, 'shelf.model:27', "count(shut) at most 1").
+written(shelf, straight, 'shelf.model:28',
         "each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright").
 
-% shelf.model:11
-group(shelf, Thing, [Top], board, Members) :-
-    members(shelf, board, Thing, [Top], Board_members),
-    findall(Board, ( member(Board, Board_members), holds('shelf.board'(Board, Top)) ), Members).
 % shelf.model:13
-group(shelf, Thing, [Top], side, Members) :-
-    members(shelf, side, Thing, [Top], Side_members),
-    findall(Side, ( member(Side, Side_members), holds('shelf.side'(Side, Top, Thing)) ), Members).
+group(shelf, Thing, [Top, Left, Right], board, Members) :-
+    members(shelf, board, Thing, [Top, Left, Right], Board_members),
+    findall(Board, ( member(Board, Board_members), holds('shelf.board'(Board, Top)) ), Members).
 % shelf.model:15
-group(shelf, Thing, [Top], shut, Members) :-
-    members(shelf, shut, Thing, [Top], Shut_members),
-    findall(Shut, ( member(Shut, Shut_members), holds('shelf.shut'(Shut, Top)) ), Members).
+group(shelf, Thing, [Top, Left, Right], shut, Members) :-
+    members(shelf, shut, Thing, [Top, Left, Right], Shut_members),
+    findall(Shut, ( member(Shut, Shut_members), holds('shelf.shut'(Shut, Top, Left)) ), Members).
 
-% shelf.model:27
-size(shelf, _, [Top], width, length(Top)).
-% shelf.model:28
-size(shelf, _, [Top], depth, width(Top)).
-% shelf.model:29
-size(shelf, Thing, [_], height, thing_height(Thing)).
+% shelf.model:31
+size(shelf, _, [Top, _, _], width, length(Top)).
+% shelf.model:32
+size(shelf, _, [Top, _, _], depth, width(Top)).
+% shelf.model:33
+size(shelf, Thing, [_, _, _], height, thing_height(Thing)).

@@ -83,12 +83,13 @@ class Shape:
 class Run:
     """What one run came to: the models that hold, or the name of an error and its message.
 
-    `first` is the name that stands first, `maybe_box` says that box was neither confirmed nor
-    denied of some thing.
+    `first` is the name that stands first, `kinds` are those that it is a kind of; `maybe_box` says
+    that box was neither confirmed nor denied of some thing.
     """
 
     models: tuple[str, ...] = ()
     first: str | None = None
+    kinds: tuple[str, ...] = ()
     scene: Scene | None = None
     maybe_box: bool = False
     error: str | None = None
@@ -139,10 +140,11 @@ def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None =
     except FacetlogError as exc:
         return Run(error=type(exc).__name__, message=str(exc))
     verdicts = found.recognition.verdicts
-    best = [verdict.model for verdict in found.recognition.best]
+    best = found.recognition.best
     return Run(
-        tuple(sorted(best)),
-        best[0] if best else None,
+        tuple(sorted(verdict.model for verdict in best)),
+        best[0].model if best else None,
+        best[0].specialises if best else (),
         found.scene,
         any(v.model == BOX and v.state is State.UNKNOWN for v in verdicts),
     )

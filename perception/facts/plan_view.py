@@ -194,9 +194,11 @@ def clear_below(
     Where the solid under a face reaches down to the ground it carries the face, and counts neither
     way, up to half of the face: more is a block, under which nothing is free. A ray runs down, and
     from an upward face starts in the solid: it leaves it through the next downward face, or, if
-    none was seen, where the sides of the solid end. From there it is free down to the next face of
-    any thing, or to the level of the lowest point of its own: of a face's thing that is `ground`
-    (f,), infinite where it has none. `senses` (f,) say which faces look up (1) or down (-1).
+    none was seen, where the sides of the solid end; at once, if it then meets a face within the
+    sides that looks up, as the next board of a shelf does. From there it is free down to the next
+    face of any thing, or to the level of the lowest point of its own: of a face's thing that is
+    `ground` (f,), infinite where it has none. `senses` (f,) say which faces look up (1) or down
+    (-1).
     """
     table, index = plans.table, plans.index
     where, inside = _ray_grids(plans.outlines)
@@ -247,7 +249,10 @@ def _free_below(
     first = rays.highest_below(limit, every)
     downward = rays.highest_below(limit, senses < 0)
     leaves = upward & (first > -np.inf) & (downward == first)
-    solid_end = np.where(upward, np.minimum(rays.start, solid[:, None]), rays.start)
+    # What faces up within the sides of a solid shows that it is none: boards lie between them.
+    hollow = (first > solid[:, None] + resolution) & ~leaves
+    ends = np.where(hollow, rays.start, np.minimum(rays.start, solid[:, None]))
+    solid_end = np.where(upward, ends, rays.start)
     free_from = np.where(leaves, first, solid_end)
     limit = np.where(leaves, free_from, rays.start) - resolution
     return free_from, rays.highest_below(limit, every)

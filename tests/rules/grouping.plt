@@ -65,6 +65,7 @@ gate_fact(Fact) :-
         format(atom(V), "~w~w", [Face, I]),
         member(Fact, [corner(Face, I, V), point(V, X, 0.0, Z)])
     ).
+gate_fact(tilt(floor, 0.5, 0.5)).
 gate_fact(Fact) :-
     side(Edge, Face, X),
     atom_concat(Edge, a, V1),
@@ -78,6 +79,7 @@ gate_fact(offset(A, B, Distance, 0.001)) :-
     ( memberchk(B, [inner_a, outer_b]) -> Distance is XA - XB ; Distance is XB - XA ).
 
 outline(front, [[0, 0], [0.2, 0], [0.2, 8], [1.4, 8], [1.4, 0], [1.6, 0], [1.6, 10], [0, 10]]).
+outline(floor, [[0, 0], [1.6, 0.02], [1.6, 0], [0, 0.02]]).     % its corners as a picture has them
 outline(whole, [[0, 0], [1.6, 0], [1.6, 10], [0, 10]]).
 outline(Face, [[X, 0], [X, 0], [X, 8], [X, 8]]) :-
     side(_, Face, X).
@@ -114,6 +116,8 @@ test(a_front_alone_stands_on_both, Groups == [[front], [front]]) :-
     gate([front], Groups).
 test(a_whole_face_is_one, Groups == [[whole]]) :-
     gate([whole], Groups).
+test(what_lies_on_the_ground_is_one_however_uneven, Groups == [[floor]]) :-
+    gate([floor], Groups).
 test(sides_that_look_at_each_other_are_two_legs, Groups == [[inner_a], [inner_b]]) :-
     gate([inner_a, inner_b], Groups).
 

@@ -20,6 +20,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
     surface_between,
@@ -54,6 +55,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
 )
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
+from facetlog.perception.detection.line_front_end.with_boards import with_boards
 from facetlog.perception.detection.picture_noise import Noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import (
@@ -210,6 +212,14 @@ def tracked_faces(
         faces, taken = select_faces(
             planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
         )
+        behind = LinesBehind(
+            photos,
+            side_judge,
+            covered_extents(cloud.segments, profiles),
+            cloud.end_covs.mean(axis=1),
+            cloud.pixel,
+        )
+        faces = with_boards(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)

@@ -27,8 +27,8 @@ needs([ ( condition(m, a, "", T, [A, B], at_least_of(1, F, Gs, short(F, A))) :-
         ( members(T, A, B, Fs) :-
               findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(opposite(F, B)) ), Found),
               sort(Found, Fs) ) ],
-      [adjoins/3, corner/3, edge/3, offset/4, on_ground/1, opposite/2, point/4, protrusion/3, scale/1, thing_size/4, up/3,
-       width/3]).
+      [adjoins/3, corner/3, edge/3, offset/4, on_ground/1, opposite/2, point/4, protrusion/3, scale/1, thing_size/4, tilt/3,
+       up/3, width/3]).
 needs([ ( condition(m, a, "", T, [_, _], each_pair(X, Y, Fs, if_known(not(convex(X, Y))))) :-
               findall(F, face_of(T, F), Fs) ) ],
       [concave/2, convex/2]).
@@ -81,7 +81,7 @@ needs([ condition(m, a, "", T, [A, _], any([whole(T), upward(A)])), condition(m,
       [tilt/3, upward/1, whole/1]).
 needs([ ( condition(m, a, "", T, [A, B], opposite(A, B)) :- faces(T, A, Fs), separate(Fs, Groups) ),
         ( faces(T, A, Fs) :- findall(F, ( face_of(T, F), \+ memberchk(F, [A]) ), Found), sort(Found, Fs) ) ],
-      [adjoins/3, corner/3, edge/3, offset/4, on_ground/1, opposite/2, point/4, thing_size/4, up/3]) :-
+      [adjoins/3, corner/3, edge/3, offset/4, on_ground/1, opposite/2, point/4, thing_size/4, tilt/3, up/3]) :-
     member(Groups, [[_], [_, _]]).
 needs([ ( condition(m, a, "", T, [A, B], Test) :- members(T, A, B, Fs), separate(Fs, Gs) ),
         ( members(T, A, B, Fs) :-

@@ -207,6 +207,20 @@ def test_posts_are_not_in_the_way_beneath_their_lintel(thick: float, free: float
     assert rows(scene, "clear_below")[top] == (pytest.approx(free),)
 
 
+@pytest.mark.parametrize(("boards", "free"), [((), 0.0), ((0.9,), 0.9), ((0.5, 1.4), 0.4)])
+def test_a_board_seen_between_the_sides_shows_the_room_beneath_a_top(
+    boards: tuple[float, ...], free: float
+) -> None:
+    # From above no underside is seen: but for the boards the sides could be those of a block.
+    corners = [(0.0, 0.0), (0.8, 0.0), (0.8, 0.3), (0.0, 0.3)]
+    points = [(x, y, z) for z in (0.0, 1.8) for x, y in corners]
+    loops = [[4, 5, 6, 7], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    for z in boards:
+        loops.append(list(range(len(points), len(points) + 4)))
+        points += [(x, y, z) for x, y in corners]
+    assert rows(polyhedron(points, loops), "clear_below")["f1",] == (pytest.approx(free),)
+
+
 def test_a_chair_is_one_thing_with_its_back() -> None:
     scene = chair()
     assert set(rows(scene, "thing")) == {("t1",)}

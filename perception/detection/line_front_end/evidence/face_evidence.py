@@ -34,10 +34,12 @@ from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FaceEvidence", "FaceJudge", "Joins", "inner_points"]
+__all__ = ["Clear", "FaceEvidence", "FaceJudge", "Joins", "inner_points"]
 
 Joins: TypeAlias = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
 """Which points (..., 3) of an outline of that normal (3,) lie on sides of found faces, too."""
+Clear: TypeAlias = Callable[[FloatArray], NDArray[np.bool_]]
+"""Of which points (n, 3) which view has a clear sight (V, n)."""
 
 # Least share of the views that could see a face and do show it, and of its sides on edges.
 MIN_SHARE, MIN_COVERAGE = 0.5, 0.6
@@ -135,8 +137,28 @@ class FaceJudge:
         """Whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
         return self._inside(corners, normal, taken) is not None
 
+    def clear_inside(
+        self, corners: FloatArray, normal: FloatArray, clear: Clear
+    ) -> FaceEvidence | None:
+        """Evidence for the inside of a polygon (k, 3) alone, where sight of it is `clear`.
+
+        None where that contradicts it; nothing is said of its sides.
+        """
+        found = self._inside(corners, normal, None, clear)
+        if found is None:
+            return None
+        shown = np.zeros(len(self._weight), dtype=np.bool_)
+        shown[found.showing] = True
+        return FaceEvidence(
+            found.ratio, found.consistent, 0.0, 0.0, shown, found.share, found.points
+        )
+
     def _inside(
-        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+        self,
+        corners: FloatArray,
+        normal: FloatArray,
+        taken: Sequence[NDArray[np.uint8]] | None,
+        clear: Clear | None = None,
     ) -> _Inside | None:
         views = self._photos.facing(corners.mean(axis=0), normal)
         views = views[self._widths(views, corners) > MIN_WIDTH_PX]
@@ -146,7 +168,8 @@ class FaceJudge:
         points = inner_points(corners, normal)
         if len(points) < MIN_INNER:
             return None
-        result, seen = self._photos.agree(views, points, taken)
+        in_clear = None if clear is None else clear(points)[views]
+        result, seen = self._photos.agree(views, points, taken, in_clear)
         in_sight = seen.mean(axis=1) > SEEN_SHARE
         shows = in_sight & (result.agrees.sum(axis=1) > AGREES_SHARE * seen.sum(axis=1))
         share = float(weight[shows].sum() / max(weight[in_sight].sum(), 1e-300))

@@ -6,30 +6,20 @@ face ends in the air, and its edge stands before what lies behind.
 """
 
 from collections.abc import Iterable
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.planes.outlined_face import OutlinedFace
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FlatFace", "joined_sides", "on_segments"]
+__all__ = ["joined_sides", "on_segments"]
 
 # What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
 LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
 
 
-class FlatFace(Protocol):
-    """A polygon (k, 3) across its normal (3,)."""
-
-    @property
-    def corners(self) -> FloatArray: ...
-
-    @property
-    def normal(self) -> FloatArray: ...
-
-
-def joined_sides(normal: FloatArray, faces: Iterable[FlatFace]) -> FloatArray:
+def joined_sides(normal: FloatArray, faces: Iterable[OutlinedFace]) -> FloatArray:
     """The sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
     sides = [
         np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
