@@ -96,4 +96,4 @@ def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFi
     assert "holds an explored area: give --area=" in capsys.readouterr().err
     # Another area is another collection.
     assert main([*NOBODY, str(out), "--explore", "--area", "-9,-9,20,20", "--dry-run"]) == 2
-    assert "was not collected in --area" in capsys.readouterr().err
+    assert "was not collected in this --area: give --area=" in capsys.readouterr().err

@@ -109,7 +109,7 @@ def test_collect_says_what_to_do_before_and_on_the_way(
         (
             Ended(1, 3, DeviceError("the line is closed"), Pose2()),
             "the line is closed; go on with --resume --start 0.000,0.000,0.0 (where it was last "
-            "heard); 1 of at most 24 views are there",
+            "heard, and may have gone on); 1 of at most 24 views are there",
         ),
         (
             Ended(1, 3),

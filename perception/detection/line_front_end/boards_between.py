@@ -135,44 +135,6 @@ class BoardSearch:
                 found.append(board)
                 self._add(board)
 
-    def seen_beyond(self, front: SelectedFace, board: SelectedFace) -> FloatArray:
-        """Evidence (s,) of views that a `front` hides for the far side of a found board, at as many
-        depths: a rear may be thick.
-
-        The sides of all that was found, and of the front itself, are no evidence: one line printed
-        on the front may be a board's rim, but is not both that and the far side.
-        """
-        sight = self._sight
-        near, far = self._free(board.corners)
-        if (far - near).sum(axis=0) @ front.normal > 0:
-            near, far = far, near
-        steps = np.arange(0.0, MIN_SIDE_PX, EDGE_PX) * sight.pixel
-        sides = far + steps[:, None, None] * front.normal
-        points = segment_samples(sides, SAMPLES).reshape(-1, 3)
-        margin, centres = FREE_PX * sight.pixel, sight.photos.centres
-        seen = (centres - board.corners[0]) @ self._normal > 0
-        bare = blocked(front.corners, front.normal, points, centres, margin, front.holes)
-        for face in self._faces:
-            if face is not board:
-                bare &= ~self._blocks(face, points)
-        bare = (bare & seen[:, None]).reshape(-1, len(sides), SAMPLES)
-        others = [_sides(face) for face in (*self._faces, front) if face is not board]
-        for side in (near, *np.concatenate(others)):
-            if np.linalg.norm((side - far).mean(axis=0)) < margin + steps[-1]:
-                continue  # where the rear itself ends
-            if abs(_way(side) @ _way(far)) > PARALLEL_COSINE:
-                known = np.broadcast_to(side, sides.shape)
-                bare &= sight.sides.apart(self._everyone, sides, known)
-        ratio = sight.sides.evidence(self._everyone, sides, bare).ratio
-        return _in_favour(ratio, sight.photos.weight)
-
-    def _free(self, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # The free sides (2, 3) of a board's outline, whichever way round it is.
-        ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-        along = [abs(_way(side) @ _way(self._ends[0])) for side in ends[:2]]
-        first = int(along[1] > along[0])
-        return ends[first], ends[first + 2]
-
     def _evidence(self) -> tuple[FloatArray, FloatArray]:
         # Of each place the log-likelihood ratio of its sides, 0 where they do not show a board, and
         # the share of them that is found.

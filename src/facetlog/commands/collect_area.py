@@ -1,6 +1,6 @@
 """`facetlog collect --explore --area`: which area is explored, who chooses, and its map."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -67,10 +67,14 @@ def refuse_area(folder: Path) -> None:
     from facetlog.robot.collecting.record import LOG_FILE, read_log
 
     lines = read_log(folder) if (folder / LOG_FILE).is_file() else ()
+    if area := _area_in(lines):
+        raise InputError(f"{folder} holds an explored area: give --area={area} again")
+
+
+def _area_in(lines: Sequence[Mapping[str, object]]) -> str:
+    """The area of a collection as --area takes it; empty of another collection."""
     area = next((line["area"] for line in lines if "area" in line), None)
-    if isinstance(area, list):
-        given = ",".join(f"{each:g}" for each in area)
-        raise InputError(f"{folder} holds an explored area: give --area={given} again")
+    return ",".join(f"{each:g}" for each in area) if isinstance(area, list) else ""
 
 
 def area_tour(area: Area) -> "Tour":
@@ -94,7 +98,9 @@ def area_explorer(
     if resume:
         lines = read_log(folder)
         if not any(line.get("area") == list(area) for line in lines):
-            raise InputError(f"{folder} was not collected in --area {','.join(map(str, area))}")
+            known = _area_in(lines)
+            way = f"give --area={known}" if known else "leave out --area"
+            raise InputError(f"{folder} was not collected in this --area: {way}")
         explorer.resume(lines, read_visit(folder))
     return explorer
 

@@ -78,13 +78,14 @@ def map_lines(room: "RoomMap") -> list[str]:
     from facetlog.mapping.floor_grid import Cell
 
     floor = room.floor
-    unseen = sum(floor.area(state) for state in (Cell.UNSEEN, Cell.PASSED))
+    passed = floor.area(Cell.PASSED)
+    by_sonar = f"passed by sonars alone {passed:.1f} m², " if passed else ""
     count = many(len(room.things), "thing")
     views = many(len(room.taken), "view")
     head = (
         f"{count} from {views} of {many(len(room.visits), 'visit')}; floor free "
         f"{floor.area(Cell.FREE):.1f} m², occupied {floor.area(Cell.OCCUPIED):.1f} m², "
-        f"not seen {unseen:.1f} m²"
+        f"{by_sonar}not seen {floor.area(Cell.UNSEEN):.1f} m²"
     )
     return [head, *map(_thing_line, room.things)]
 

@@ -78,7 +78,11 @@ def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") ->
     Without a fault, as of an interrupt, somebody else says why. `most` goes before the total.
     """
     again = resumed_from(ended)
-    where = "where it stands by odometry" if ended.stands else "where it was last heard"
+    where = (
+        "where it stands by odometry"
+        if ended.stands
+        else "where it was last heard, and may have gone on"
+    )
     if ended.robot is None:
         where = "where the robot stands"
     views = f"{there} of {most}{total} views are there"

@@ -33,6 +33,7 @@ NOISE_SD = 2.0
 @contextmanager
 def _camera_on(station: Station) -> Iterator[str]:
     """The address of a camera that is where the station's robot and head are."""
+    noise = np.random.default_rng(0)
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -40,9 +41,7 @@ def _camera_on(station: Station) -> Iterator[str]:
                 state = json.load(answer)
             robot = Pose2(*(state["truth"][key] for key in ("x", "y", "heading")))
             pose = camera_pose(robot, TRUE, Gaze(state["pan"], state["tilt"]))
-            image = seen_by(CHARUCO, pose, BOARD) + np.random.default_rng().normal(
-                0, NOISE_SD, (480, 640)
-            )
+            image = seen_by(CHARUCO, pose, BOARD) + noise.normal(0, NOISE_SD, (480, 640))
             _, data = cv2.imencode(".png", np.clip(image, 0, 255).astype(np.uint8))
             self.send_response(200)
             self.send_header("Content-Type", "image/png")
@@ -76,7 +75,9 @@ def test_the_mount_is_written_with_its_deviations(
                 *("--board-height", "0.85", "--json"),
             ]
         )
-    document = json.loads(capsys.readouterr().out)
+    told = capsys.readouterr()
+    assert told.out, told.err
+    document = json.loads(told.out)
     assert code == 0
     assert all(row["determined"] for row in document["mount"].values())
     assert document["rms_px"] < 0.5

@@ -76,7 +76,7 @@ def outside(rig: Rig, *names: str) -> tuple[SelectedFace, ...]:
 def seen(
     rig: Rig, faces: tuple[SelectedFace, ...], *, ground: bool = True
 ) -> tuple[SelectedFace, ...]:
-    """The faces with boards, without fronts that are none."""
+    """The faces with boards."""
     weight = np.ones(len(rig.views))
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
     judge = SideJudge(rig.views, rig.maps, weight)
@@ -126,16 +126,6 @@ def test_the_order_of_the_faces_does_not_matter() -> None:
 def test_nothing_lies_between_the_ends_of_a_bench() -> None:
     rig = rig_of("bench")
     assert boards(rig, outside(rig, "left", "right", "top")) == ()
-
-
-def test_a_front_behind_which_boards_end_is_none() -> None:
-    rig = rig_of("shelf")
-    known = outside(rig, "left", "right", "rear", "front", "top")
-    found = seen(rig, known)
-    assert found[:4] == (*known[:3], known[4])
-    assert heights(found[4:]) == pytest.approx(
-        heights(boards(rig, (*known[:3], known[4]))), abs=1e-9
-    )
 
 
 def test_the_faces_of_a_closed_block_stay() -> None:
