@@ -264,14 +264,10 @@ def _explore(views: int, interest: "Interest") -> ViewVerdict:
 
 def _explore_place(names: tuple[str, ...], interest: "Interest") -> "tuple[ViewVerdict, ScenePart]":
     """In the worker: what some views of the folder show, and what is undecided of it."""
-    from facetlog.exploring.area_judge import no_verdict, place_seen, verdict_on
+    from facetlog.exploring.area_judge import place_verdict
 
-    judge, seen = _judges[0], None
-    try:
-        seen = place_seen(judge.folder, names, judge.base)
-        verdict, part = verdict_on(seen, len(names), interest), seen.part
-    except FacetlogError as exc:
-        verdict, part = no_verdict(len(names), exc)
+    judge = _judges[0]
+    verdict, seen = place_verdict(judge.folder, names, interest, judge.base)
     if _areas:
         try:
             _areas[0].add(names, seen)
@@ -279,6 +275,7 @@ def _explore_place(names: tuple[str, ...], interest: "Interest") -> "tuple[ViewV
             # The robot goes on without a recording; its end says so once more.
             _faults.append(str(exc))
             _areas.clear()
+    part = _NOTHING if seen is None else seen.part
     return replace(verdict, problems=_problems(judge)), part
 
 

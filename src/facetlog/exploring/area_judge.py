@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.pipeline import Recognised
 
-__all__ = ["PlaceSeen", "no_verdict", "place_seen", "place_verdict", "verdict_on"]
+__all__ = ["PlaceSeen", "place_seen", "place_verdict"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,24 +43,15 @@ def place_seen(folder: Path, names: tuple[str, ...], base: "KnowledgeBase") -> P
 
 def place_verdict(
     folder: Path, names: tuple[str, ...], interest: Interest, base: "KnowledgeBase"
-) -> tuple[ViewVerdict, ScenePart]:
-    """The verdict on the views with these names, with what is undecided, and the things that they
-    show, in the world. A fault is in the verdict.
+) -> tuple[ViewVerdict, PlaceSeen | None]:
+    """The verdict on the views with these names, with what is undecided, and what they show; None
+    where they make no scene: then the verdict says why.
     """
     try:
         seen = place_seen(folder, names, base)
-        return verdict_on(seen, len(names), interest), seen.part
+        recognition = seen.found.recognition
+        needs = needs_of(seen.found.scene, recognition, interest)
     except FacetlogError as exc:
-        return no_verdict(len(names), exc)
-
-
-def verdict_on(seen: PlaceSeen, views: int, interest: Interest) -> ViewVerdict:
-    """The verdict on what so many views of a place show, with what is undecided."""
-    recognition = seen.found.recognition
-    needs = needs_of(seen.found.scene, recognition, interest)
-    return replace(verdict_of(recognition, views, degrees=True), needs=needs)
-
-
-def no_verdict(views: int, fault: FacetlogError) -> tuple[ViewVerdict, ScenePart]:
-    """Why so many views of a place have no verdict; they show no things."""
-    return ViewVerdict(views, fault=str(fault)), ScenePart((), ())
+        return ViewVerdict(len(names), fault=str(exc)), None
+    verdict = verdict_of(recognition, len(names), degrees=True)
+    return replace(verdict, needs=needs), seen
