@@ -60,7 +60,8 @@ MODULES = (
     "knowledge.time_many_scenes",
     "knowledge.fuzz_models",
 )
-NAMES = tuple(module.rpartition(".")[2] for module in MODULES)
+NAMES = {module.rpartition(".")[2]: module for module in MODULES}
+"""Each benchmark's name, and its module in this package."""
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
 PAGE = HERE.parent / "docs" / "benchmarks.md"
@@ -69,7 +70,7 @@ PAGE = HERE.parent / "docs" / "benchmarks.md"
 def kept_reports() -> tuple[tuple[str, Mapping[str, object]], ...]:
     """The first paragraph of each benchmark's docstring and its report, of those kept."""
     kept = []
-    for name, module in zip(NAMES, MODULES, strict=True):
+    for name, module in NAMES.items():
         path = RESULTS / f"{name}.json"
         if path.exists():
             question = (import_module(f"benchmarks.{module}").__doc__ or "").split("\n\n")[0]
@@ -89,8 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     settings = Settings(given.seeds, given.first_seed)
     for name in given.names or NAMES:
         print(f"{name} …", file=sys.stderr)
-        module = MODULES[NAMES.index(name)]
-        report = import_module(f"benchmarks.{module}").measure(settings).to_json()
+        report = import_module(f"benchmarks.{NAMES[name]}").measure(settings).to_json()
         print(json.dumps(report) if given.json else "\n".join((*text(report), "")), flush=True)
         if given.write and not report["skipped"]:
             RESULTS.mkdir(exist_ok=True)

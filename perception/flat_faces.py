@@ -15,6 +15,7 @@ __all__ = [
     "crossing",
     "part_above",
     "plane_axes",
+    "ring_sides",
     "vector_area",
 ]
 
@@ -95,6 +96,11 @@ def cross(first: FloatArray, second: FloatArray) -> FloatArray:
     product[..., 1] = c * x - a * z
     product[..., 2] = a * y - b * x
     return product
+
+
+def ring_sides(corners: FloatArray) -> FloatArray:
+    """The sides (k, 2, 3) of a ring of corners (k, 3), each from one corner to the next."""
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def vector_area(loop: FloatArray) -> FloatArray:

@@ -35,10 +35,7 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 )
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SAMPLES, SideJudge
-from facetlog.perception.detection.line_front_end.face_selection import (
-    FREE_PX,
-    SelectedFace,
-)
+from facetlog.perception.detection.line_front_end.face_selection import FREE_PX, SelectedFace
 from facetlog.perception.detection.line_front_end.outlines.outline_search import MIN_SIDE_PX
 from facetlog.perception.detection.line_front_end.planes.board_places import (
     PARALLEL_COSINE,
@@ -49,6 +46,7 @@ from facetlog.perception.detection.line_front_end.planes.ground_plane import Gro
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
+from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
@@ -223,7 +221,7 @@ class BoardSearch:
         self._bare &= ~self._blocks(face, points).reshape(self._bare.shape)
         ways = self._ends[:, 1] - self._ends[:, 0]
         ways = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-        for side in _sides(face):
+        for side in ring_sides(face.corners):
             along = np.nonzero(np.abs(ways @ _way(side)) > PARALLEL_COSINE)[0]
             known = np.broadcast_to(side, self._ends[along].shape)
             apart = self._sight.sides.apart(self._everyone, self._ends[along], known)
@@ -250,10 +248,6 @@ def _in_favour(ratio: FloatArray, weight: FloatArray) -> FloatArray:
     # faint in it.
     in_view = np.logaddexp(np.log(1 - FAINT) + ratio, np.log(FAINT))
     return np.asarray(weight @ in_view)
-
-
-def _sides(face: SelectedFace) -> FloatArray:
-    return np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
 
 
 def _way(side: FloatArray) -> FloatArray:

@@ -74,7 +74,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["SelectedFace", "select_faces"]
@@ -243,7 +243,7 @@ class _Selection:
         near = ON_PLANE_PX * self._pixel
         known = [self._extents[hypothesis.lines]]
         for face in self._faces:
-            sides = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+            sides = ring_sides(face.corners)
             off = np.abs(sides @ hypothesis.normal - hypothesis.distance)
             known.append(sides[(off < near).all(axis=1)])
         for ring in parallelograms(np.concatenate(known), hypothesis, self._pixel):
@@ -374,7 +374,7 @@ class _Selection:
 
     def _propose_neighbours(self, face: SelectedFace, score: float) -> None:
         # Most things have right angles: a plane through each side across the face.
-        ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+        ends = ring_sides(face.corners)
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         for side, reach in zip(ends, length, strict=True):
             if reach < LONG_SIDE * length.sum():

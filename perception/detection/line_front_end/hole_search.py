@@ -43,7 +43,7 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import plane_axes, ring_sides
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
@@ -227,7 +227,7 @@ class HoleFinder:
             return 0.0
         if self._shines(cells.grid.points(cells.middles[within]), views, taken):
             return 0.0
-        sides = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+        sides = ring_sides(ring)
         edges = self._sides.evidence(views, sides)
         hit = edges.found.sum(axis=(0, 2)) / np.maximum(edges.there.sum(axis=(0, 2)), 1)
         if (hit < MIN_COVERAGE).any():

@@ -33,7 +33,7 @@ from facetlog.perception.detection.line_front_end.face_selection import (
     SelectedFace,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
@@ -192,7 +192,7 @@ def _judged(
     weight = float(photos.weight[views].sum())
     if weight >= JUDGED_WEIGHT or (weight >= MIN_WEIGHT and result.ratio.mean() < 0):
         return None
-    evidence = sides.evidence(views, np.stack([ring, np.roll(ring, -1, axis=0)], axis=1))
+    evidence = sides.evidence(views, ring_sides(ring))
     new = ~proposal.known if not proposal.known.all() else proposal.known
     hit = evidence.found.sum(axis=(0, 2)) / np.maximum(evidence.there.sum(axis=(0, 2)), 1)
     score = float((photos.weight[views] @ evidence.ratio)[new].sum())

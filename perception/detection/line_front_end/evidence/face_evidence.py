@@ -30,7 +30,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     project_to_views,
     segment_samples,
 )
-from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.flat_faces import cross, plane_axes, ring_sides
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
@@ -232,7 +232,7 @@ class FaceJudge:
     ) -> tuple[float, float] | None:
         # The sides' summed ratio and their coverage; None as of `judge`.
         views = found.showing
-        sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        sides = ring_sides(corners)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
         # Where the inside next to a side is hidden, or taken by another face, so is the side.
         samples, inwards = self._inwards(views, sides, normal)

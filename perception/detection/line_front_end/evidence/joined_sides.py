@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.outlined_face import OutlinedFace
+from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.types import FloatArray
 
 __all__ = ["joined_sides", "on_segments"]
@@ -22,9 +23,7 @@ LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
 def joined_sides(normal: FloatArray, faces: Iterable[OutlinedFace]) -> FloatArray:
     """The sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
     sides = [
-        np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
-        for face in faces
-        if abs(normal @ face.normal) < LEAST_TURN_COSINE
+        ring_sides(face.corners) for face in faces if abs(normal @ face.normal) < LEAST_TURN_COSINE
     ]
     return np.concatenate(sides) if sides else np.zeros((0, 2, 3))
 

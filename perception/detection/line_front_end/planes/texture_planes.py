@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import plane_axes, ring_sides
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
@@ -253,4 +253,4 @@ def patch_box(points: FloatArray, normal: FloatArray, along: FloatArray | None) 
         box = np.array([[left, low], [right, low], [right, high], [left, high]])
         ring = box @ basis.T
     ring += height * normal
-    return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+    return ring_sides(ring)
