@@ -163,9 +163,7 @@ class _Selection:
         self._ground = ground
         self._photos = photos
         self._judge = FaceJudge(self._photos, self._sides, ground)
-        self._behind = LinesBehind(
-            photos, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
-        )
+        self._behind = LinesBehind.of(cloud, self._extents, photos, sides)
         self._holes = HoleFinder(photos, sides, cloud, profiles, self._behind)
         chosen = choose_planes(planes, cloud, score, ground, self._beside, LEAST_PENALTY)
         self._planes = list(chosen)

@@ -212,19 +212,14 @@ def tracked_faces(
         faces, taken = select_faces(
             planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
         )
-        behind = LinesBehind(
-            photos,
-            side_judge,
-            covered_extents(cloud.segments, profiles),
-            cloud.end_covs.mean(axis=1),
-            cloud.pixel,
-        )
+        extents = covered_extents(cloud.segments, profiles)
+        behind = LinesBehind.of(cloud, extents, photos, side_judge)
         faces = with_boards(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
-    places = segment_samples(covered_extents(cloud.segments, profiles), SIGHT_SAMPLES)
+    places = segment_samples(extents, SIGHT_SAMPLES)
     landmarks = Landmarks(
         np.concatenate([places.reshape(-1, 3), texture.points]),
         np.concatenate([np.repeat(use, SIGHT_SAMPLES, axis=0), texture.seen]),

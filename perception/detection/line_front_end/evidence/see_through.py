@@ -12,6 +12,7 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
     SAMPLES,
     SideJudge,
 )
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.row_table import row_starts
 from facetlog.perception.types import FloatArray
@@ -49,6 +50,13 @@ class LinesBehind:
         self._pixel = pixel
         # A line was chosen among as many depths as edges can tell apart: a penalty for that choice.
         self._penalty = float(np.log(sides.edges_abreast))
+
+    @classmethod
+    def of(
+        cls, cloud: LineCloud, extents: FloatArray, photos: PhotometricViews, sides: SideJudge
+    ) -> "LinesBehind":
+        """The lines of a cloud, of which the pictures cover the `extents` (n, 2, 3)."""
+        return cls(photos, sides, extents, cloud.end_covs.mean(axis=1), cloud.pixel)
 
     def seen_through(
         self,
