@@ -131,6 +131,23 @@ def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_i
     assert said.count("before this view it was no table: more views are to say which") == 2
 
 
+def test_at_every_view_the_choice_from_the_record_is_that_of_the_run(tmp_path: Path) -> None:
+    def judge(views: int) -> ViewVerdict:
+        if views % 2 and views < 6:
+            return replace(all_open(views), excluded=("table", "desk"))
+        return ViewVerdict(views, needs=led(0.95))
+
+    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
+    assert exploration.run().taken == 7
+    _, taken = read_record(tmp_path)
+    live = Explorer(judged(judge), most=24)
+    for views in range(len(taken) + 1):
+        resumed = Explorer(judged(judge), most=24)
+        lines = [each.next_stop(exploration.around, taken[:views]).line for each in (live, resumed)]
+        assert lines[0] == lines[1]
+        assert (live.settled, live.reached) == (resumed.settled, resumed.reached)
+
+
 def test_a_way_that_was_blocked_makes_no_verdict_agree_with_itself(tmp_path: Path) -> None:
     def judge(views: int) -> ViewVerdict:
         excluded = ViewVerdict(views, excluded=("table",))

@@ -41,6 +41,7 @@ class ScenePart:
 class RoomMap:
     """Things and floor of a room in the world of the visits; metres, radians, z up.
 
+    `moved` are those of the things that stood elsewhere before, with the names that they have now.
     `notes` say what was left out, and what visits say otherwise.
     """
 
@@ -50,6 +51,7 @@ class RoomMap:
     ways: tuple[tuple[Pose2, ...], ...]
     taken: tuple[Taken, ...]
     notes: tuple[str, ...] = ()
+    moved: tuple[Moved, ...] = ()
 
 
 def map_of(
@@ -122,6 +124,7 @@ def mapped_room(
         tuple(visit.way for visit in visits),
         tuple(view for visit in visits for view in visit.taken),
         (*notes, *map(_clash_line, clashes), *map(_moved_line, moved)),
+        moved,
     )
 
 
