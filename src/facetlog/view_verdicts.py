@@ -25,6 +25,7 @@ from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
 from facetlog.mapping.room_map import ScenePart
 from facetlog.perception.types import FloatArray
+from facetlog.recordings.on_scene import NO_MODEL
 from facetlog.recordings.recorders import Recorders, Recordings
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class ViewVerdict:
         """One line: what it is, what it is not and what is open, or why nothing can be said."""
         if self.fault:
             return "; ".join((self.fault, *self.problems))
-        said = list(self.best) or ["no model matches"]
+        said = list(self.best) or [NO_MODEL]
         if self.unknown:
             said.append(f"unknown: {', '.join(self.unknown)}")
         if self.excluded:
@@ -153,7 +154,7 @@ class ViewVerdicts:
         try:
             return self._pool.submit(_explore_place, names, interest).result()
         except (BrokenProcessPool, CancelledError):
-            return _DIED, _NOTHING
+            return _DIED, ScenePart()
 
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
@@ -178,9 +179,6 @@ def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
 
 
 _DIED = ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
-
-
-_NOTHING = ScenePart((), ())
 
 
 def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Recordings) -> None:
@@ -267,16 +265,15 @@ def _explore_place(names: tuple[str, ...], interest: "Interest") -> "tuple[ViewV
     from facetlog.exploring.area_judge import place_verdict
 
     judge = _judges[0]
-    verdict, seen = place_verdict(judge.folder, names, interest, judge.base)
+    found = place_verdict(judge.folder, names, interest, judge.base)
     if _areas:
         try:
-            _areas[0].add(names, seen)
+            _areas[0].add(names, found.seen)
         except FacetlogError as exc:
             # The robot goes on without a recording; its end says so once more.
             _faults.append(str(exc))
             _areas.clear()
-    part = _NOTHING if seen is None else seen.part
-    return replace(verdict, problems=_problems(judge)), part
+    return replace(found.verdict, problems=_problems(judge)), found.part
 
 
 def _too_little(judge: "FolderJudge", views: int) -> ViewVerdict:

@@ -16,6 +16,7 @@ from facetlog.commands.collect_area import (
     area_explorer,
     checked_area,
     mapped_area,
+    recognised_in,
     refuse_area,
 )
 from facetlog.commands.collect_checks import (
@@ -231,6 +232,8 @@ def collect_command(
     found = None
     if room is not None and len(collected.taken) >= LEAST_VIEWS:
         found = mapped_area(out, room, tuple(models or ()), trusted=trust)
+        if collected.mapped is not None:
+            collected.mapped.draw(out, recognised_in(found))
     _answer(collected, last, found, explored=explorer is not None, as_json=as_json)
     if collected.ended.fault is not None:  # which was said when it came
         return collected.ended.fault.exit_code

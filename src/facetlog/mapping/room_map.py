@@ -29,11 +29,12 @@ __all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_pa
 @dataclass(frozen=True, eq=False, slots=True)
 class ScenePart:
     """What one scene gives to a map: its things in the world, the ground that it shows, and when
-    the views of each lattice were taken, where that is known (seconds since 1970).
+    the views of each lattice were taken, where that is known (seconds since 1970). Views that make
+    no scene give nothing: `ScenePart()`.
     """
 
-    things: tuple[PlacedThing, ...]
-    lattices: tuple[SeenLattice, ...]
+    things: tuple[PlacedThing, ...] = ()
+    lattices: tuple[SeenLattice, ...] = ()
     times: tuple[tuple[float, ...], ...] = ()
 
 

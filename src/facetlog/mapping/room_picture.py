@@ -206,8 +206,7 @@ def _words(sheet: _Sheet, room: "RoomMap") -> None:
     for thing in room.things:
         drawn.append(box := _box(sheet, thing))
         anchors.append((box.left + box.width / 2, box.top))
-        sure = f" {thing.best.said[0].sure:.0%}" if thing.best.said else ""
-        texts.append(f"{thing.name} {thing.model}{sure}".strip())
+        texts.append(thing.label)
     for view in room.taken:
         u, v = sheet.at(view.robot.x, view.robot.y)
         drawn.append(Box(u - VIEW_PX, v - VIEW_PX, 2 * VIEW_PX, 2 * VIEW_PX))
