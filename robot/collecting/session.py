@@ -26,6 +26,7 @@ from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [
+    "BLOCKED",
     "HEAD_SETTLE",
     "SETTLE",
     "SHOT_TIMEOUT",
@@ -47,6 +48,10 @@ HEAD_SETTLE = 0.2
 SHOT_TIMEOUT, HEAD_TIMEOUT = 10.0, 10.0
 # The head's angles: its steps, and as much again for play in its gears (assumed).
 HEAD_PLAY_SD = math.radians(0.2)
+
+
+BLOCKED = "blocked"
+"""What a line of collect.jsonl about a way that was blocked has as its `result`."""
 
 
 class Listener(Protocol):
@@ -185,7 +190,7 @@ def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
     return {
         "view": stop.number,
         "image": stop.view.name,
-        "result": "blocked",
+        "result": BLOCKED,
         "closed": closed,
     }
 

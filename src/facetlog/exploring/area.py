@@ -86,9 +86,7 @@ class AreaExplorer:
 
         InputError where the lines do not say how the area was explored.
         """
-        around = Around.from_json(
-            next((line["explore"] for line in reversed(lines) if "explore" in line), None)
-        )
+        around = Around.recorded(lines)
         for pose in visit.way:
             self.floor.moved(pose)
         self.floor.add(visit.driven.beams)
