@@ -305,7 +305,7 @@ def _shoot(
     if not still:
         return again.image, second, [f"taken twice, the first was {'; '.join(faults)}"]
     # Neither is good: fewer faults go before more, then the sharper one.
-    if (len(still), -second.sharpness) < (len(faults), -quality.sharpness):
+    if (len(still), second.blur) < (len(faults), quality.blur):
         return again.image, second, [f"{fault}, twice; kept" for fault in still]
     return frame.image, quality, [f"{fault}, twice; kept" for fault in faults]
 
