@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.filled_space import FilledSpace
+from facetlog.perception.facts.levels.filled_space import FilledSpace
 from facetlog.perception.facts.scene_memo import Names
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.pieces.pieces import Piece, Pieces

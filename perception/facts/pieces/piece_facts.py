@@ -5,21 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.facts.filled_space import FilledSpace
-from facetlog.perception.facts.levels import level_at
+from facetlog.perception.facts.levels.filled_space import FilledSpace
+from facetlog.perception.facts.levels.levels import level_at
+from facetlog.perception.facts.levels.shelves import shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
-from facetlog.perception.facts.opening_facts import (
+from facetlog.perception.facts.pieces.directions import angles_between, lying, tilt
+from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
+from facetlog.perception.facts.pieces.opening_facts import (
     hanging,
     opening_rows,
     openings_known,
     openings_of,
     rim_rows,
 )
-from facetlog.perception.facts.piece_directions import angles_between, lying, tilt
-from facetlog.perception.facts.piece_kinds import OPENING_KINDS, PIECE_KINDS
+from facetlog.perception.facts.pieces.solid_boxes import SolidBox, known_of_two
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
-from facetlog.perception.facts.shelves import shelves_below
-from facetlog.perception.facts.solid_boxes import SolidBox, known_of_two
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.piece_directions import angles_between, tilt
+from facetlog.perception.facts.pieces.directions import angles_between, tilt
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.pieces.pieces import Piece
 from facetlog.perception.surfaces.exact_solids.builders import build

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from facetlog.perception.facts.nearest_points import (
+from facetlog.perception.facts.gaps.nearest_points import (
     Parts,
     Witnesses,
     joined,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.solid_boxes import SolidBox, beside, inside, known_of_two
+from facetlog.perception.facts.pieces.solid_boxes import SolidBox, beside, inside, known_of_two
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
 from tests.perception.space.simulated_scans import eye_at, scanned

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.levels import Slab
+from facetlog.perception.facts.levels.levels import Slab
 from facetlog.perception.space.space import Space, State
 
 __all__ = ["shelves_below"]

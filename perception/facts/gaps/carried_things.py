@@ -42,7 +42,7 @@ def carried_together(
     above = above_ground(scene, table.points)
     if above is None or scene.up is None or scene.bodies or len(things) < 2:
         return things
-    from facetlog.perception.facts.thing_gaps import gaps  # scenes without a ground do without
+    from facetlog.perception.facts.gaps.thing_gaps import gaps  # scenes without a ground do without
 
     vertices = [_vertices(table, edges, thing) for thing in things]
     lowest = np.array([own[np.argmin(above[own])] for own in vertices])

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.facts.thing_gaps import gaps
+from facetlog.perception.facts.gaps.thing_gaps import gaps
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.scene import Edge, Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (

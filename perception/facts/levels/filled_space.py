@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.perception.facts.bounded import Bounded
-from facetlog.perception.facts.levels import Level, level_at
-from facetlog.perception.facts.sides import hollow
+from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.levels import Level, level_at
+from facetlog.perception.facts.levels.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene

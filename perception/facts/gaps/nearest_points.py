@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.perpendiculars import Sheets
+from facetlog.perception.facts.gaps.perpendiculars import Sheets
 from facetlog.perception.facts.relations import VAGUE
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.row_table import Indices

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.bounded import Bounded
-from facetlog.perception.facts.sides import closed_at_back, closed_sides, open_from_two_sides
+from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.sides import closed_at_back, closed_sides, open_from_two_sides
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.space.grid import ROUNDING, Grid
 from facetlog.perception.space.space import Space

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.sides import (
+from facetlog.perception.facts.levels.sides import (
     closed_at_back,
     closed_sides,
     hollow,

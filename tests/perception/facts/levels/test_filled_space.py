@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.facts.levels import GAP, closed
+from facetlog.perception.facts.levels.levels import GAP, closed
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Body, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.facts.fact_schema import Value
+from facetlog.perception.facts.levels.shelves import shelves_below
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.facts.shelves import shelves_below
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import of_boxes
