@@ -22,7 +22,7 @@ from facetlog.robot.simulator.world_file import (
     TimedFault,
     WorldSetup,
 )
-from tests.robot.simulator.test_aux_ports import Parrot
+from tests.robot.simulator.firmware.test_aux_ports import Parrot
 
 
 def line() -> FaultyLine:
