@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass, field
 
+from facetlog.robot.pioneer.packets.server_information import SonarReading
 from facetlog.robot.pioneer.parameters import Parameters, SonarPlace
-from facetlog.robot.pioneer.server_information import SonarReading
 from facetlog.robot.simulator.body.dynamics import Truth
 from facetlog.robot.simulator.body.obstacles import Obstacles
 

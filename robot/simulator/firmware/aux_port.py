@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.commands import Command
-from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.reports import Report
+from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.simulator.device import Device
 
 __all__ = ["BAUD_RATES", "LARGEST_REQUEST", "AuxPort", "aux_ports"]

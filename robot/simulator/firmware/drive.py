@@ -4,9 +4,9 @@ import math
 import struct
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.commands import NEGATIVE, Command, argument_of
-from facetlog.robot.pioneer.configuration import Configuration
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import NEGATIVE, Command, argument_of
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.simulator.body.contacts import Contacts, pressed
 from facetlog.robot.simulator.body.dynamics import STEP, Body, Truth

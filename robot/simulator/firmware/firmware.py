@@ -3,10 +3,10 @@
 import struct
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.commands import Command, argument_of
-from facetlog.robot.pioneer.packet import Decoder, Packet, PacketError
-from facetlog.robot.pioneer.reports import InputsOutputs, Names, Report
-from facetlog.robot.pioneer.server_information import MOVING, STOPPED, ServerInformation
+from facetlog.robot.pioneer.packets.commands import Command, argument_of
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet, PacketError
+from facetlog.robot.pioneer.packets.reports import InputsOutputs, Names, Report
+from facetlog.robot.pioneer.packets.server_information import MOVING, STOPPED, ServerInformation
 from facetlog.robot.simulator.body.dynamics import STEP
 from facetlog.robot.simulator.body.sonar import Sonars
 from facetlog.robot.simulator.firmware.aux_port import (

@@ -6,7 +6,7 @@ PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller), A
 import math
 from enum import IntEnum
 
-from facetlog.robot.pioneer.configuration import AUTOBAUD, Configuration
+from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
 
 __all__ = ["Generation", "default_configuration", "generation_of", "tail_length"]

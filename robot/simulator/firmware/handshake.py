@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.commands import Command
-from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.reports import Names, Report
+from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Names, Report
 
 __all__ = ["Handshake"]
 

@@ -3,10 +3,10 @@
 import math
 import struct
 
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Encoders, Report
+from facetlog.robot.pioneer.packets.server_information import TAIL
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.reports import Encoders, Report
-from facetlog.robot.pioneer.server_information import TAIL
 from facetlog.robot.simulator.body.dynamics import Body, MotionErrors, Truth
 from facetlog.robot.simulator.firmware.servo import Odometry
 

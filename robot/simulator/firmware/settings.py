@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 
-from facetlog.robot.pioneer.commands import Command
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.simulator.firmware.generations import Generation
 from facetlog.robot.simulator.firmware.servo import Ramp
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.body.dynamics import Body, MotionErrors, Truth
 from facetlog.robot.simulator.body.obstacles import Obstacles

@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 import serial
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.simulator.serving import web
 from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
 from facetlog.robot.simulator.serving.server import ActiveClient

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import Command
+from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.rendering.solids import chair, cuboid, cylinder, placed, table
 from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.body.dynamics import Truth

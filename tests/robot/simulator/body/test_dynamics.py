@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from facetlog.robot.pioneer.commands import Command
+from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.simulator.body.dynamics import STEP, Body, MotionErrors
 from tests.robot.simulator.clients import ORIGIN, Client, connected, make_firmware
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from facetlog.robot.pioneer.commands import Command, text_command
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command, text_command
+from facetlog.robot.pioneer.packets.packet import Packet
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 PORTS = [

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.reports import Names
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Names
 from facetlog.robot.simulator.firmware.firmware import BOOT_SECONDS
 from tests.robot.simulator.clients import Client, connected, make_firmware
 

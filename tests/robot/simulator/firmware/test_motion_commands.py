@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import Command, wheels_command
-from facetlog.robot.pioneer.configuration import Configuration
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command, wheels_command
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.simulator.body.dynamics import Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import Command, integer_command, text_command
-from facetlog.robot.pioneer.configuration import Configuration
-from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.reports import Encoders, InputsOutputs
-from facetlog.robot.pioneer.server_information import ServerInformation
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, text_command
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
+from facetlog.robot.pioneer.packets.server_information import ServerInformation
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.simulator.body.dynamics import MotionErrors, Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware

@@ -2,8 +2,8 @@
 
 import pytest
 
-from facetlog.robot.pioneer.commands import Command, plain_command, text_command
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command, plain_command, text_command
+from facetlog.robot.pioneer.packets.packet import Packet
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 

@@ -7,7 +7,7 @@ the end: those that a packet does not have are None.
 import struct
 from dataclasses import dataclass
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 __all__ = ["MOVING", "SIP_KINDS", "STOPPED", "ServerInformation", "SonarReading"]
 

@@ -8,8 +8,8 @@ import math
 import struct
 from dataclasses import dataclass
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
-from facetlog.robot.pioneer.reports import Report
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["TruePose"]

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.dead_man import REPEAT, STOPPING, DeadMan
+from facetlog.robot.pioneer.line.dead_man import REPEAT, STOPPING, DeadMan
 
 STOP = b"stop"
 

@@ -1,4 +1,4 @@
-"""A port whose line is owned by a process of its own (`line_owner.py`), which outlives this one.
+"""A port whose line is owned by a process of its own (`owner.py`), which outlives this one.
 
 The robot is then stopped within its lease whatever becomes of this process: killed, suspended, out
 of memory, or computing without a pause. Where the other one is killed, this one stops the robot.
@@ -16,13 +16,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
-from facetlog.robot.pioneer.dead_man import STOPPING, DeadMan
-from facetlog.robot.pioneer.last_will import LastWill
-from facetlog.robot.pioneer.line_owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
+from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan
+from facetlog.robot.pioneer.line.last_will import LastWill
+from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
 
 __all__ = ["LineProcess"]
 
-COMMAND = (sys.executable, "-P", "-m", "facetlog.robot.pioneer.line_owner")
+COMMAND = (sys.executable, "-P", "-m", "facetlog.robot.pioneer.line.owner")
 START_TIMEOUT = 30.0
 """Seconds for Python to start and the line to be opened: 0.1 are usual, 5 a TCP line's time-out."""
 BAUD_TIMEOUT = 2.0

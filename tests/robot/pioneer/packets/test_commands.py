@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import (
+from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
     argument_of,
@@ -14,7 +14,7 @@ from facetlog.robot.pioneer.commands import (
     text_command,
     wheels_command,
 )
-from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 
 @given(st.sampled_from(Command), st.integers(-65535, 65535))

@@ -7,7 +7,7 @@ they stand on the wire. Old firmware sends fewer fields: those that are missing 
 import struct
 from dataclasses import dataclass
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 __all__ = ["AUTOBAUD", "CONFIGURATION_KIND", "Configuration"]
 

@@ -7,7 +7,7 @@ millimetres and angles in degrees.
 import struct
 from enum import IntEnum
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 __all__ = [
     "LARGEST_TEXT",

@@ -16,14 +16,14 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer.line_process import LineProcess
+from facetlog.robot.pioneer.line.process import LineProcess
 
 PATIENCE = 20.0
 OUTPUT_SPEED = 5  # its place in what tcgetattr gives
 STOP, OFF, BYE = b"<stop>", b"<off>", b"<bye>"
 DRIVER = """
 import sys, time
-from facetlog.robot.pioneer.line_process import LineProcess
+from facetlog.robot.pioneer.line.process import LineProcess
 line = LineProcess(sys.argv[1])
 line.part([b"<off>", b"<bye>"])
 line.hold(time.monotonic() + float(sys.argv[2]), b"<stop>")
@@ -312,7 +312,7 @@ def test_an_owner_that_is_suspended_holds_up_nobody_for_ever(
 def test_the_owner_needs_none_of_the_large_libraries() -> None:
     """It starts before a robot is connected, and stays small."""
     code = (
-        "import sys, facetlog.robot.pioneer.line_owner\n"
+        "import sys, facetlog.robot.pioneer.line.owner\n"
         "print([m for m in ('numpy', 'cv2', 'scipy', 'typer', 'pydantic') if m in sys.modules])"
     )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

@@ -7,7 +7,7 @@ robot is stopped from here, over the line opened again if need be. It knows noth
 protocol: what stops the robot, and what closes its session, come from the driver, as bytes.
 
 Messages between the two processes are packets of a socket whose first byte is their kind (`Ask`,
-`Say`). Started by `line_process.py` with the socket's number and the line's address.
+`Say`). Started by `process.py` with the socket's number and the line's address.
 """
 
 import contextlib
@@ -21,9 +21,9 @@ import time
 from enum import IntEnum
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError, InputError
-from facetlog.robot.pioneer.dead_man import DeadMan
-from facetlog.robot.pioneer.last_will import LastWill
-from facetlog.robot.pioneer.port import SerialPort, TcpPort, open_port
+from facetlog.robot.pioneer.line.dead_man import DeadMan
+from facetlog.robot.pioneer.line.last_will import LastWill
+from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
 
 __all__ = ["ERRORS", "LARGEST", "LEASE_END", "RATE", "Ask", "Say", "main"]
 

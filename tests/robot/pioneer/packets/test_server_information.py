@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
-from facetlog.robot.pioneer.server_information import (
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.server_information import (
     TAIL,
     ServerInformation,
     SonarReading,

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.commands import (
+from facetlog.robot.pioneer.packets.commands import (
     Command,
     integer_command,
     plain_command,
     text_command,
 )
-from facetlog.robot.pioneer.packet import Decoder, Packet, Received, checksum
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet, Received, checksum
 
 PACKETS = st.builds(Packet, st.integers(0, 255), st.binary(max_size=252))
 ODDS = 2.0**-16  # of a checksum that fits by chance

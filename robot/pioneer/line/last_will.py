@@ -9,8 +9,8 @@ import time
 from collections.abc import Sequence
 
 from facetlog.errors import FacetlogError
-from facetlog.robot.pioneer.dead_man import DeadMan
-from facetlog.robot.pioneer.port import SerialPort, TcpPort, open_port
+from facetlog.robot.pioneer.line.dead_man import DeadMan
+from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
 
 __all__ = ["LastWill"]
 

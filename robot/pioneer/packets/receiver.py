@@ -1,6 +1,6 @@
 """Packets decoded from the bytes of a line, with a time-out for incomplete packets."""
 
-from facetlog.robot.pioneer.packet import Decoder, Received
+from facetlog.robot.pioneer.packets.packet import Decoder, Received
 
 __all__ = ["BODY_TIMEOUT", "Receiver"]
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer import port as ports
-from facetlog.robot.pioneer.port import Port, SerialPort, TcpPort, open_port
+from facetlog.robot.pioneer.line import port as ports
+from facetlog.robot.pioneer.line.port import Port, SerialPort, TcpPort, open_port
 
 
 @pytest.fixture

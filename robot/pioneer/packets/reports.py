@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 __all__ = ["Encoders", "InputsOutputs", "Names", "Report"]
 
