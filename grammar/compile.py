@@ -128,6 +128,10 @@ def _model_clauses(scope: Scope) -> list[Clause]:
         Clause(Struct("specialises", (name, Atom(ancestor))), (), place)
         for ancestor in model.ancestors
     ]
+    clauses += [
+        Clause(Struct("rather_than", (name, Atom(other.text))), (), place)
+        for other in model.written.rather_than
+    ]
     first = model.parts[0]
     where = f"{Path(first.place[0]).name}:{first.place[1]}"
     clauses += candidate_clauses(scope, writer_of, where, "parts")

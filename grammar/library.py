@@ -127,6 +127,7 @@ def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     for model in file.models:
         if model.parent is not None:
             yield model.parent.text
+        yield from (other.text for other in model.rather_than)
         named = (x for x in model.statements if isinstance(x, _ASKING) and places.touch(x.span))
         for node in (inner for one in named for inner in s.walk(one)):
             if isinstance(node, s.Part | s.There):

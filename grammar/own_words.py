@@ -32,7 +32,7 @@ _MODEL = re.compile(
 
 # Clauses that compiled models have themselves; of a model in Prolog only those that name it.
 _MADE = re.compile(
-    r"^(likely|distant|members|group|written|specialises)\("
+    r"^(likely|distant|members|group|written|specialises|rather_than)\("
     r"|^(?=(condition|candidate|model|size)\(\s*[A-Z_])",
     re.MULTILINE,
 )

@@ -161,6 +161,7 @@ class _Resolver:
             if strict:
                 ancestors = (parent.name, *parent.ancestors)
         inherited = frozenset(lines), frozenset(n for n in lets if parent and n in parent.lets)
+        self._others(model, file)
         own: set[str] = set()
         for statement in model.statements:
             match statement:
@@ -221,11 +222,25 @@ class _Resolver:
                     message = f"`{model.name}` follows from itself"
                     self._fault("cycle", message, model.parent, file)
             else:
-                hint = said(model.parent.text, self.written) or "`use` the file that defines it"
-                message = f"there is no model `{model.parent}`"
-                fixes = respelling(model.parent, self.written)
-                self._fault("unknown-model", message, model.parent, file, hint, fixes)
+                self._no_model(model.parent, file)
         return found
+
+    def _others(self, model: s.Model, file: s.File) -> None:
+        """Reports what is no model that this one's name can go before."""
+        for other in model.rather_than:
+            known = self.written.get(other.text)
+            if other.text == model.name.text:
+                self._fault("cycle", f"`{model.name}` cannot go before itself", other, file)
+            elif known is None:
+                self._no_model(other, file)
+            elif model.name.text in {name.text for name in known[0].rather_than}:
+                message = f"`{model.name}` and `{other}` go before each other"
+                self._fault("cycle", message, other, file, "one of them has to stand first")
+
+    def _no_model(self, name: s.Name, file: s.File) -> None:
+        hint = said(name.text, self.written) or "`use` the file that defines it"
+        fixes = respelling(name, self.written)
+        self._fault("unknown-model", f"there is no model `{name}`", name, file, hint, fixes)
 
     def _line(
         self,

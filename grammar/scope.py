@@ -206,6 +206,6 @@ def file_scope(
     """What stands before the first model of a file may name: words, and one another."""
     lets = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
     defines = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Define)}
-    written = s.Model(s.Name("", NOWHERE), None, None, None, file.statements, NOWHERE)
+    written = s.Model(s.Name("", NOWHERE), None, None, (), None, file.statements, NOWHERE)
     none = FlatModel("", written, file, (), (), (), lets, defines, ())
     return model_scope(none, words, roles)

@@ -233,11 +233,15 @@ class Ancestry(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A model as written; `span` is that of its first line."""
+    """A model as written; `span` is that of its first line.
+
+    `rather_than` are the models whose names stand after its own where both hold.
+    """
 
     name: Name
     ancestry: Ancestry | None
     parent: Name | None
+    rather_than: tuple[Name, ...]
     doc: Text | None
     statements: tuple[Statement, ...]
     span: Span

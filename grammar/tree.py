@@ -63,9 +63,11 @@ class TreeToSyntax:
         return s.Ancestry(parts[0].text)
 
     def model(self, parts: Parts) -> s.Model:
-        name, ancestry, parent = parts
-        span = self._span([name, parent])
-        return s.Model(self._name(name), ancestry, self._maybe_name(parent), None, (), span)
+        name, ancestry, parent, others = parts
+        span = self._span([name, parent, others])
+        return s.Model(
+            self._name(name), ancestry, self._maybe_name(parent), others or (), None, (), span
+        )
 
     def doc(self, parts: Parts) -> s.Text:
         return self._text(parts[0])  # type: ignore[return-value]

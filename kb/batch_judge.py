@@ -224,6 +224,7 @@ class BatchJudge(Closing):
                 parts=parts,
                 sizes=sizes,
                 specialises=self._general.get(model, ()),
+                rather_than=self._base.models[model].rather_than.get(model, ()),
                 cost=cost,
             )
 

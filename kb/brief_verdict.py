@@ -50,4 +50,5 @@ class BriefVerdict:
     parts: tuple[tuple[str, tuple[str, ...]], ...]
     sizes: tuple[tuple[str, float, float], ...]
     specialises: tuple[str, ...] = ()
+    rather_than: tuple[str, ...] = field(default=(), compare=False)
     cost: Cost = field(default=Cost(), compare=False)

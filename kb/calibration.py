@@ -166,7 +166,9 @@ def _curve(data: Mapping[str, Any]) -> Curve:
 _COMMENT = re.compile(r"^%.*\n", re.MULTILINE)
 _PLACE = re.compile(r"'[^'\n]*:\d+'")
 # From its head to the full stop that ends a line.
-_SIZE = re.compile(r"^size\(.*?\.[ \t]*(?:%[^\n]*)?$\n?", re.MULTILINE | re.DOTALL)
+_JUDGES_NOTHING = re.compile(
+    r"^(?:size|rather_than)\(.*?\.[ \t]*(?:%[^\n]*)?$\n?", re.MULTILINE | re.DOTALL
+)
 _EMPTY_LINES = re.compile(r"\n\s*\n")
 
 
@@ -182,9 +184,10 @@ def content_key(text: str) -> str:
 def judging_key(text: str) -> str:
     """The `content_key` of what a model judges by; calibrations go by it.
 
-    Sizes, which a verdict reports, judge nothing: what names them otherwise is as often right.
+    Sizes, which a verdict reports, and the names that go after it judge nothing: what names them
+    otherwise is as often right.
     """
-    judging = _COMMENT.sub("", _SIZE.sub("", text))
+    judging = _COMMENT.sub("", _JUDGES_NOTHING.sub("", text))
     return content_key(_EMPTY_LINES.sub("\n", judging).strip())
 
 

@@ -329,7 +329,9 @@ class KnowledgeBase(Closing):
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)
-        return decode_verdict(answer, length_unit=self._scene(scene).length_unit)
+        verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
+        others = self._model(verdict.model).rather_than.get(verdict.model, ())
+        return replace(verdict, rather_than=others)
 
     def why_not(
         self,

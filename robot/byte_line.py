@@ -36,7 +36,7 @@ class ByteLine(Protocol):
 
 
 class BytePort(Protocol):
-    """A port with no more than bytes: a serial port or a socket (see `robot/pioneer/port.py`)."""
+    """A port with no more than bytes: a serial port or a socket (`robot/pioneer/line/port.py`)."""
 
     def read(self, timeout: float, /) -> bytes:
         """What is there, at least one byte; b"" if nothing came in `timeout` seconds."""

@@ -7,6 +7,9 @@ model(cabinet,
       "A closed upright block on the floor, higher than deep, on a plinth, feet or its own sides.",
       [top, front]).
 
+% cabinet.model:5
+rather_than(cabinet, box).
+
 % cabinet.model:13  parts
 candidate(cabinet, Thing, Parts) :-
     findall(Parts, likely(cabinet, Thing, Parts), Found),

@@ -41,7 +41,7 @@ from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.pose2 import Pose2
-from facetlog.robot.simulator.dynamics import MotionErrors
+from facetlog.robot.simulator.body.dynamics import MotionErrors
 from facetlog.robot.tour import tour_camera
 from facetlog.view_verdicts import ViewVerdict
 

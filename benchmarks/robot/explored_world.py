@@ -40,7 +40,7 @@ from facetlog.robot.rendering.worlds import (
     with_clutter,
     world_of,
 )
-from facetlog.robot.simulator.dynamics import STEP, Body, MotionErrors, Truth
+from facetlog.robot.simulator.body.dynamics import STEP, Body, MotionErrors, Truth
 from facetlog.robot.tour import tour_camera
 
 __all__ = ["KEEP_OUT", "ExploredWorld", "OdometryRobot"]

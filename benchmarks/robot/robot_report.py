@@ -1,7 +1,7 @@
 """What a simulated robot without a clock reports of its motion."""
 
+from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.server_information import ServerInformation, SonarReading
 from facetlog.robot.pose2 import Pose2, wrapped
 
 __all__ = ["report_of"]

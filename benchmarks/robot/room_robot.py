@@ -24,11 +24,11 @@ from facetlog.robot.pioneer.state import RobotState, StateMaker
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import INCH
-from facetlog.robot.simulator.drive import Drive
-from facetlog.robot.simulator.dynamics import STEP, Body, MotionErrors, Truth
-from facetlog.robot.simulator.generations import default_configuration
-from facetlog.robot.simulator.obstacles import Obstacles
-from facetlog.robot.simulator.sonar import Sonars
+from facetlog.robot.simulator.body.dynamics import STEP, Body, MotionErrors, Truth
+from facetlog.robot.simulator.body.obstacles import Obstacles
+from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.generations import default_configuration
 from facetlog.robot.tour import tour_camera
 
 __all__ = ["HEIGHT", "KIND", "RoomCamera", "RoomHead", "RoomRobot"]

@@ -59,6 +59,8 @@ class _Finder:
             self._add(SymbolKind.MODEL, model.name, Home(self.path, model.name.span))
             if model.parent is not None:
                 self._model(model.parent)
+            for other in model.rather_than:
+                self._model(other)
             for statement in model.statements:
                 self._statement(statement)
 

@@ -35,6 +35,13 @@ class Named(Protocol):
     def specialises(self) -> tuple[str, ...]:
         """The models of which this one is a special case."""
 
+    @property
+    def rather_than(self) -> tuple[str, ...]:
+        """The models whose names stand after this one's where both hold."""
+
+
+EVEN = 0.5
+"""A degree above it: the thing is more probably as the model says than not."""
 
 _Verdict = TypeVar("_Verdict", bound=Named)
 
@@ -42,8 +49,9 @@ _Verdict = TypeVar("_Verdict", bound=Named)
 def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
     """Those that hold, the most probable first; of one thing what is special before what it is.
 
-    By the confidences if all have one, else by the degrees. Of equals that of the higher degree,
-    then the earlier one.
+    By the confidences if all have one, else by the degrees. A name that its model says to go before
+    another does so where it is more probable than not that the thing is within the model's limits
+    and expectations. Of equals that of the higher degree, then the earlier one.
     """
     holding = [v for v in verdicts if v.state is State.HOLDS]
     counted = all(v.confidence is not None for v in holding)
@@ -54,9 +62,9 @@ def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
     held = {(v.thing, v.model): sure(v) for v in holding}
 
     def standing(verdict: _Verdict) -> tuple[float, int, float]:
-        # As probable as what it is a special case of, and before that.
-        general = [(verdict.thing, model) for model in verdict.specialises]
-        known = [held[key] for key in general if key in held]
+        # As probable as what it goes before, and before that.
+        after = verdict.specialises + (verdict.rather_than if verdict.degree > EVEN else ())
+        known = [held[key] for model in after if (key := (verdict.thing, model)) in held]
         return -max((sure(verdict), *known)), -len(known), -verdict.degree
 
     return sorted(holding, key=standing)

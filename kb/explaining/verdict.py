@@ -129,6 +129,8 @@ class Verdict:
     """'m', or None where the scale is not known."""
     specialises: tuple[str, ...] = ()
     """The models of which this one is a special case, the nearest first."""
+    rather_than: tuple[str, ...] = field(default=(), compare=False)
+    """The models whose names stand after this one's where both hold (best_first.py)."""
     confidence: float | None = field(default=None, compare=False)
     """How often the model was right of labelled things that were measured likewise, where it gave
     such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and

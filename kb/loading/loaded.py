@@ -1,8 +1,9 @@
 """What a knowledge base has loaded."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from facetlog.errors import EngineError
 from facetlog.kb.calibration import InputKind
@@ -18,7 +19,7 @@ class RuleFile:
     `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
     the digest of its text, `judging` of what its models judge by, as calibrations have it. `files`
     are all that a user's file was made from, itself first. `on_demand`: it may ask for facts that
-    are made on demand.
+    are made on demand. `rather_than` has by model those whose names stand after its own.
     """
 
     path: Path
@@ -30,6 +31,7 @@ class RuleFile:
     judging: str = ""
     files: tuple[Path, ...] = ()
     on_demand: bool = False
+    rather_than: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,15 @@ def decode_rule_file(term: Term, path: Path, *, trusted: bool, files: tuple[Path
     Raises EngineError if the reply is something else.
     """
     match term:
-        case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
+        case Struct("loaded", (Atom(module), tuple(models), tuple(pairs), tuple(warnings))):
             names, said = tuple(map(str, models)), tuple(map(str, warnings))
-            return RuleFile(path, module, names, trusted, said, files=files)
+            others = MappingProxyType(dict(map(_rather_than, pairs)))
+            return RuleFile(path, module, names, trusted, said, files=files, rather_than=others)
     raise EngineError(f"{path}: no rules were loaded")
+
+
+def _rather_than(pair: Term) -> tuple[str, tuple[str, ...]]:
+    match pair:
+        case Struct("-", (Atom(model), tuple(others))):
+            return model, tuple(map(str, others))
+    raise EngineError(f"no model and others: {pair!r}")

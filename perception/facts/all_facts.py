@@ -9,10 +9,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import repeat
 
-from facetlog.perception.facts import drawing_facts, part_facts, piece_facts, thing_facts
+from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, rows_from
-from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.pieces import piece_facts
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.facts.scale_error import with_scale_error
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene

@@ -13,7 +13,7 @@ from facetlog.perception.facts.fact_kinds import (
     Value,
 )
 from facetlog.perception.facts.fact_kinds import fact_kind as _kind
-from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 
 __all__ = [

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
-from facetlog.perception.facts.carried_things import carried_together
-from facetlog.perception.facts.filled_space import FilledSpace, filled_spaces
+from facetlog.perception.facts.gaps.carried_things import carried_together
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
+from facetlog.perception.facts.levels.filled_space import FilledSpace, filled_spaces
 from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face_sizes
 from facetlog.perception.facts.named_rows import named_in_order
 from facetlog.perception.facts.plan_view import Plans

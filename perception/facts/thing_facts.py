@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import heights, measures, plan_view
-from facetlog.perception.facts.bounded import Bounded
-from facetlog.perception.facts.filled_space import curved_share
+from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.filled_space import curved_share
+from facetlog.perception.facts.levels.shelves import shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.facts.shelves import shelves_below
 from facetlog.perception.facts.standing_parts import at_rim
 from facetlog.perception.row_table import Indices, chosen_places
 from facetlog.perception.space.space import LEAST_UNKNOWN
@@ -88,7 +88,7 @@ def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far things are from each other."""
-    from facetlog.perception.facts.thing_gaps import gaps  # no model asks for them so far
+    from facetlog.perception.facts.gaps.thing_gaps import gaps  # no model asks for them so far
 
     several = np.bincount(s.thing_scene, minlength=len(s.scenes)) > 1
     for nth, own in s.alone(several):

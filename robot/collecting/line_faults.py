@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from facetlog.errors import DeviceError
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.problems import Cause, Problem
 
 __all__ = ["coasts_when_cut", "with_line"]

@@ -60,8 +60,8 @@ from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.line.port import DEFAULT_BAUD, open_port
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.port import DEFAULT_BAUD, open_port
 from facetlog.robot.pioneer.problems import Cause, Problem
 
 __all__ = [

@@ -9,10 +9,15 @@ import time
 from dataclasses import dataclass
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.pioneer.commands import LARGEST_TEXT, Command, integer_command, text_command
 from facetlog.robot.pioneer.link import Link
 from facetlog.robot.pioneer.opening import BAUD_CODES
-from facetlog.robot.pioneer.reports import Report
+from facetlog.robot.pioneer.packets.commands import (
+    LARGEST_TEXT,
+    Command,
+    integer_command,
+    text_command,
+)
+from facetlog.robot.pioneer.packets.reports import Report
 
 __all__ = ["AuxLine"]
 

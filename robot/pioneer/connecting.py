@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.robot.pioneer.commands import Command, plain_command
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.opening import Opening
-from facetlog.robot.pioneer.packet import Received
+from facetlog.robot.pioneer.packets.commands import Command, plain_command
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Received
+from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.reports import Names
 from facetlog.robot.pioneer.parameters import MODELS, Parameters, parameters_of
-from facetlog.robot.pioneer.port import Port
-from facetlog.robot.pioneer.receiver import Receiver
-from facetlog.robot.pioneer.reports import Names
 from facetlog.robot.pioneer.session import BAUDS, Handshake, SetBaud, Write
 from facetlog.robot.pioneer.traffic import TrafficLog
 

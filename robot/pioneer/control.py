@@ -7,17 +7,17 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.commands import Command, argument_of, integer_command
-from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.guard import Guard
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.motion import LONGEST_LEASE, WATCHDOG, Motion
 from facetlog.robot.pioneer.odometry import OdometryErrors
-from facetlog.robot.pioneer.packet import Packet, PacketError, Received
+from facetlog.robot.pioneer.packets.commands import Command, argument_of, integer_command
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError, Received
+from facetlog.robot.pioneer.packets.reports import Report
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pioneer.reports import Report
-from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.settings import limit_settings, restored_settings
 from facetlog.robot.pioneer.state import RobotState, StateMaker, reports_motors
 

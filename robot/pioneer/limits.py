@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.parameters import Parameters
 
 __all__ = ["BRAKING_TIME", "Limits"]

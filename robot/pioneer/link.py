@@ -14,13 +14,13 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from facetlog.errors import DeviceError
-from facetlog.robot.pioneer.commands import Command, plain_command
 from facetlog.robot.pioneer.control import Control
-from facetlog.robot.pioneer.line_process import LineProcess
-from facetlog.robot.pioneer.packet import Packet, Received
-from facetlog.robot.pioneer.port import Port
+from facetlog.robot.pioneer.line.port import Port
+from facetlog.robot.pioneer.line.process import LineProcess
+from facetlog.robot.pioneer.packets.commands import Command, plain_command
+from facetlog.robot.pioneer.packets.packet import Packet, Received
+from facetlog.robot.pioneer.packets.receiver import Receiver
 from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pioneer.receiver import Receiver
 from facetlog.robot.pioneer.traffic import TrafficLog
 
 __all__ = ["Inbox", "Link"]

@@ -9,9 +9,14 @@ stops, and with the next packet of any kind resumes its last speed (Pioneer 2 ma
 import math
 from collections.abc import Callable
 
-from facetlog.robot.pioneer.commands import Command, argument_of, integer_command, plain_command
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    argument_of,
+    integer_command,
+    plain_command,
+)
+from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.problems import Cause
 
 __all__ = ["LONGEST_LEASE", "WATCHDOG", "Motion"]

@@ -14,8 +14,8 @@ import numpy as np
 
 from facetlog.perception.types import FloatArray
 from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance, OdometryErrors
+from facetlog.robot.pioneer.packets.server_information import ServerInformation
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pose2 import Pose2, wrapped
 
 __all__ = ["Odometry", "OdometryErrors"]

@@ -8,17 +8,17 @@ from collections.abc import Sequence
 from enum import Enum, auto
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.commands import (
+from facetlog.robot.pioneer.packets.commands import (
     Command,
     command_name,
     integer_command,
     plain_command,
 )
-from facetlog.robot.pioneer.configuration import AUTOBAUD, CONFIGURATION_KIND, Configuration
-from facetlog.robot.pioneer.packet import Packet, PacketError, Received
-from facetlog.robot.pioneer.receiver import Receiver
-from facetlog.robot.pioneer.reports import Report
-from facetlog.robot.pioneer.server_information import SIP_KINDS
+from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, CONFIGURATION_KIND, Configuration
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError, Received
+from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.reports import Report
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
 from facetlog.robot.pioneer.session import Action, SetBaud, Write
 
 __all__ = ["BAUD_CODES", "Opening"]

@@ -10,7 +10,7 @@ from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.odometry import OdometryErrors
-from facetlog.robot.pioneer.packet import Decoder, Received
+from facetlog.robot.pioneer.packets.packet import Decoder, Received
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pioneer.traffic import SCHEMA
 

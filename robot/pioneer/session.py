@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.commands import Command, plain_command
-from facetlog.robot.pioneer.packet import Received
-from facetlog.robot.pioneer.receiver import Receiver
-from facetlog.robot.pioneer.reports import Names, Report
+from facetlog.robot.pioneer.packets.commands import Command, plain_command
+from facetlog.robot.pioneer.packets.packet import Received
+from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.reports import Names, Report
 
 __all__ = ["BAUDS", "Action", "Handshake", "SetBaud", "Write"]
 

@@ -7,10 +7,10 @@ several times.
 import math
 from collections.abc import Callable, Sequence
 
-from facetlog.robot.pioneer.commands import Command, argument_of, integer_command
-from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command, argument_of, integer_command
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.packet import Packet
 
 __all__ = ["limit_settings", "restored_settings", "send_until_confirmed"]
 

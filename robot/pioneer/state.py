@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, field
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.odometry import Odometry, OdometryErrors
+from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.server_information import ServerInformation
 from facetlog.robot.pioneer.parameters import Parameters, SonarPlace
-from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["STANDING_SPEED", "RobotState", "SonarRange", "StateMaker", "reports_motors"]

@@ -14,10 +14,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.commands import command_name
-from facetlog.robot.pioneer.packet import Decoder, Packet
-from facetlog.robot.pioneer.reports import Report
-from facetlog.robot.pioneer.server_information import SIP_KINDS
+from facetlog.robot.pioneer.packets.commands import command_name
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.reports import Report
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
 
 __all__ = ["SCHEMA", "TrafficLog", "report_name"]
 

@@ -7,19 +7,19 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.simulator.body.dynamics import Body, Truth
+from facetlog.robot.simulator.body.obstacles import Obstacles
+from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint
 from facetlog.robot.simulator.device import Device
-from facetlog.robot.simulator.drive import Drive
-from facetlog.robot.simulator.dynamics import Body, Truth
 from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
 from facetlog.robot.simulator.faulty_line import FaultyLine
-from facetlog.robot.simulator.firmware import Firmware
-from facetlog.robot.simulator.generations import default_configuration
-from facetlog.robot.simulator.heads import make_head
-from facetlog.robot.simulator.obstacles import Obstacles
+from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.firmware import Firmware
+from facetlog.robot.simulator.firmware.generations import default_configuration
+from facetlog.robot.simulator.firmware.servo import Odometry
+from facetlog.robot.simulator.heads.by_name import make_head
 from facetlog.robot.simulator.scene import make_scene
-from facetlog.robot.simulator.servo import Odometry
-from facetlog.robot.simulator.sonar import Sonars
-from facetlog.robot.simulator.viewpoint import Viewpoint
 from facetlog.robot.simulator.world_file import WorldSetup
 
 __all__ = ["Simulation", "SimulationState"]

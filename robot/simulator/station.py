@@ -11,12 +11,12 @@ from typing import Self
 
 import numpy as np
 
-from facetlog.robot.simulator.camera import Camera
-from facetlog.robot.simulator.endpoints import Endpoint, PtyEndpoint, TcpEndpoint
-from facetlog.robot.simulator.live import LiveSimulation
-from facetlog.robot.simulator.server import serve
+from facetlog.robot.simulator.camera.camera import Camera
+from facetlog.robot.simulator.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.serving.live import LiveSimulation
+from facetlog.robot.simulator.serving.server import serve
+from facetlog.robot.simulator.serving.web import Web
 from facetlog.robot.simulator.simulation import OWN_PORT, Simulation
-from facetlog.robot.simulator.web import Web
 from facetlog.robot.simulator.world_file import WorldSetup
 
 __all__ = ["Addresses", "Station"]

@@ -11,10 +11,10 @@ from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.worlds import WORLDS
-from facetlog.robot.simulator.dynamics import MotionErrors
+from facetlog.robot.simulator.body.dynamics import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
 from facetlog.toml_text import toml_fields
 

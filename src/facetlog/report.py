@@ -97,7 +97,7 @@ def write_report(
     from facetlog.page.contents import Subject
     from facetlog.page.write import PAGE_FILE, page
     from facetlog.perception.facts.all_facts import facts_on_demand
-    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.facts.pieces.piece_facts import shown_pieces
     from facetlog.perception.pieces.piece_meshes import pieces_bytes
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene

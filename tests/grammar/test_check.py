@@ -166,6 +166,13 @@ def test_a_model_is_not_called_like_a_word(name: str) -> None:
         ("model m is absent\n  face f\n  a: f is level\n", "unknown-model"),
         ("model m\n  one n x\n  a: x is n\nmodel n\n  one m y\n  a: y is m\n", "cycle"),
         ("model m\n  face f\n  a: not this is m\n", "cycle"),
+        ("model m rather than m\n  face f\n  a: f is level\n", "cycle"),
+        ("model m rather than n\n  face f\n  a: f is level\n", "unknown-model"),
+        (
+            "model m rather than n\n  face f\n  a: f is level\n"
+            "model n rather than m\n  face f\n  a: f is level\n",
+            "cycle",
+        ),
         ("model m\n  " + "face " + ", ".join(f"f{i}" for i in range(20)) + "\n  a: f1 is level\n",
          "too-many"),
     ],

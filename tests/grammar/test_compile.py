@@ -8,6 +8,7 @@ import pytest
 from facetlog.errors import RuleSyntaxError
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.compile import Program, compiled
+from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -305,6 +306,19 @@ def test_a_model_that_is_another_adds_lines_and_says_so(
     assert [c.label for c in verdict.conditions] == ["top", "ok", "low"]
     assert verdict.state is State.FAILS
     assert verdict.specialises == ("stand",)
+
+
+def test_a_models_name_goes_before_others_and_judges_nothing(
+    base: KnowledgeBase, tmp_path: Path
+) -> None:
+    text = stand() + "model other\n  face f\n  a: f is upright\n"
+    text += "model high like stand rather than stand, other\n"
+    scene = build("table", {})
+    assert judged(base, tmp_path, text, scene).rather_than == ("stand", "other")
+    with BatchJudge([tmp_path / "m.model"]) as judge:
+        found = {v.model: v for v in judge.judge([f.row for f in scene_facts(scene)])}
+    assert found["high"].rather_than == ("stand", "other")
+    assert found["stand"].rather_than == ()
 
 
 def test_a_model_like_another_replaces_and_drops_lines(base: KnowledgeBase, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from facetlog.page.contents import Answers, Subject, contents
 from facetlog.page.missing import Look, add_arrows
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.page.write import page
-from facetlog.perception.facts.piece_facts import shown_pieces
+from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.pieces import Kind
 from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces
 from facetlog.perception.reading.read_views import ViewSet

@@ -10,7 +10,7 @@
 
 :- forall(member(Model, [box, table, chair]),
           ( absolute_file_name(facetlog(Model), Path, [extensions([pl]), access(read)]),
-            load_builtin(Path, loaded(Module, Models, [])),
+            load_builtin(Path, loaded(Module, Models, _, [])),
             name_models(test, Models, Module) )).
 
 % Three faces of a block that meet at v1, and a thing of one face.

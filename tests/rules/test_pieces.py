@@ -13,7 +13,7 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.promised_facts import asks_on_demand
 from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
-from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import LINTEL, POSTS, SILL, of_boxes

@@ -55,9 +55,9 @@ def test_commands_name_the_extra(
 
 
 def test_a_robot_names_its_extra(without: Callable[..., None]) -> None:
-    without("serial", "facetlog.robot.pioneer.port")
+    without("serial", "facetlog.robot.pioneer.line.port")
     with pytest.raises(InputError, match=r"pip install 'facetlog\[robot\]'"):
-        __import__("facetlog.robot.pioneer.port")
+        __import__("facetlog.robot.pioneer.line.port")
 
 
 def test_plots_name_their_extra(

@@ -91,6 +91,8 @@ clause_of_model(specialises(Name, Other), Position, _, Models, Fault) :-
     ;   Name == Other,
         said_of(Position, 2, "every model is itself", Fault)
     ).
+clause_of_model(rather_than(Name, Other), Position, Scope, Models, Fault) :-
+    clause_of_model(specialises(Name, Other), Position, Scope, Models, Fault).
 clause_of_model(measured(Measure, Value, Sd, Kind), Position, _, _, Fault) :-
     (   \+ callable(Measure),
         said_of(Position, 1, "measured/4 says how large something is: measured(lean(X), V, Sd, deg)",

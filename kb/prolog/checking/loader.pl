@@ -60,13 +60,20 @@ model_module(Model, Module) :-
 %
 %   Loads a model that comes with the program.
 
-load_builtin(Path, loaded(Module, Models, [])) :-
+load_builtin(Path, loaded(Module, Models, Names, [])) :-
     load_files(Path, [if(not_loaded), imports([]), silent(true)]),
     module_property(Module, file(Path)),
-    models_in(Module, Models).
+    models_in(Module, Models, Names).
 
-models_in(Module, Models) :-
-    findall(Model, Module:model(Model, _, _), Models).
+%   Names has Model-Others of each model whose name stands before others.
+models_in(Module, Models, Names) :-
+    findall(Model, Module:model(Model, _, _), Models),
+    (   current_predicate(Module:rather_than/2)
+    ->  findall(Model-Other, Module:rather_than(Model, Other), Pairs0),
+        keysort(Pairs0, Pairs),
+        group_pairs_by_key(Pairs, Names)
+    ;   Names = []
+    ).
 
 %!  load_rules(+Module, +File, +Text, -Loaded) is det.
 %
@@ -85,7 +92,7 @@ load_rules(Module, File, Text, Loaded) :-
     ;   true
     ).
 
-load_checked(Module, File, Text, loaded(Module, Models, Warnings)) :-
+load_checked(Module, File, Text, loaded(Module, Models, Names, Warnings)) :-
     read_rules(Text, Clauses, Unread),
     (   Unread == []
     ->  most_faults(Most),
@@ -104,7 +111,7 @@ load_checked(Module, File, Text, loaded(Module, Models, Warnings)) :-
     new_rule_module(Module),
     catch(add_clauses(Clauses, Module), Error,
           ( '$destroy_module'(Module), not_added(Error, File, Text) )),
-    models_in(Module, Models).
+    models_in(Module, Models, Names).
 
 add_clauses(Clauses, Module) :-
     scope_of(Clauses, Scope),
@@ -154,9 +161,9 @@ message(File, Text, fault(Start, _, Format, Args), Message) :-
 %
 %   @throws rule_faults(Messages) if it does not load, or defines no whole model.
 
-load_trusted_rules(Module, File, Text, loaded(Module, Models, Warnings)) :-
+load_trusted_rules(Module, File, Text, loaded(Module, Models, Names, Warnings)) :-
     load_trusted(File, Text, Module, Warnings),
-    models_in(Module, Models).
+    models_in(Module, Models, Names).
 
 %!  drop_rules(+Module) is det.
 %

@@ -128,15 +128,17 @@ def select_faces(
     ground: Ground | None,
     photos: PhotometricViews,
     sides: SideJudge,
+    behind: LinesBehind,
     texture: TexturePoints | None = None,
     patches: Sequence[TexturePlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
     """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
 
     None of them is the ground. Of the cloud's lines `score` (n,) is their log-likelihood ratio, and
-    `profiles` say how far they are covered. The `patches` of texture points propose planes, too.
+    `profiles` say how far they are covered; what views see lines of `behind` through is no face.
+    The `patches` of texture points propose planes, too.
     """
-    selection = _Selection(planes, cloud, score, views, profiles, ground, photos, sides)
+    selection = _Selection(planes, cloud, score, views, profiles, ground, photos, sides, behind)
     if texture is not None:
         selection.add_texture_planes(patches, texture)
     return selection.run()
@@ -153,6 +155,7 @@ class _Selection:
         ground: Ground | None,
         photos: PhotometricViews,
         sides: SideJudge,
+        behind: LinesBehind,
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
@@ -163,8 +166,8 @@ class _Selection:
         self._ground = ground
         self._photos = photos
         self._judge = FaceJudge(self._photos, self._sides, ground)
-        self._behind = LinesBehind.of(cloud, self._extents, photos, sides)
-        self._holes = HoleFinder(photos, sides, cloud, profiles, self._behind)
+        self._behind = behind
+        self._holes = HoleFinder(photos, sides, cloud, profiles, behind)
         chosen = choose_planes(planes, cloud, score, ground, self._beside, LEAST_PENALTY)
         self._planes = list(chosen)
         self._finder = RegionFinder(

@@ -209,11 +209,21 @@ def tracked_faces(
             texture = texture.take(~ground.holds(texture.points))
         surface = partial(surface_between, photos, views, cloud.pixel)
         patches = shown_patches(texture_planes(texture, cloud.pixel), texture, surface)
-        faces, taken = select_faces(
-            planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
-        )
         extents = covered_extents(cloud.segments, profiles)
         behind = LinesBehind.of(cloud, extents, photos, side_judge)
+        faces, taken = select_faces(
+            planes,
+            cloud,
+            score,
+            views,
+            profiles,
+            ground,
+            photos,
+            side_judge,
+            behind,
+            texture,
+            patches,
+        )
         faces = with_boards(faces, photos, side_judge, taken, ground, behind, cloud.pixel)
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)

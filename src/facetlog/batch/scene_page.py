@@ -11,7 +11,7 @@ from facetlog.errors import FacetlogError, InputError
 from facetlog.kb.recognize import judged_scene
 from facetlog.page.contents import Subject
 from facetlog.page.write import page
-from facetlog.perception.facts.piece_facts import shown_pieces
+from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import short_line
 

@@ -30,7 +30,7 @@ def write_page(
     from facetlog.kb.explaining.proof import State
     from facetlog.page.contents import Subject
     from facetlog.page.write import page
-    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.facts.pieces.piece_facts import shown_pieces
     from facetlog.perception.whole_file import write_whole
 
     scene = file.scene()

@@ -207,7 +207,7 @@ class Result(Closing):
     @property
     def _subject(self) -> "Subject":
         from facetlog.page.contents import Subject
-        from facetlog.perception.facts.piece_facts import shown_pieces
+        from facetlog.perception.facts.pieces.piece_facts import shown_pieces
         from facetlog.pipeline import placed_views
 
         given = self._view_set

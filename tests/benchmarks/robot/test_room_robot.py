@@ -9,7 +9,7 @@ from benchmarks.robot.room_robot import KIND, RoomHead, RoomRobot
 from benchmarks.robot.rooms import make_room
 from facetlog.errors import DeviceTimeout
 from facetlog.robot.pose2 import Pose2
-from facetlog.robot.simulator.dynamics import MotionErrors
+from facetlog.robot.simulator.body.dynamics import MotionErrors
 
 ROOM = make_room(2)
 BLOCK = next(thing for thing in ROOM.things if thing.kind == "block")

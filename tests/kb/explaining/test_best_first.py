@@ -18,6 +18,7 @@ class _Verdict:
     confidence: float | None = None
     specialises: tuple[str, ...] = ()
     thing: str = "t1"
+    rather_than: tuple[str, ...] = ()
 
 
 @pytest.mark.parametrize(
@@ -48,3 +49,21 @@ def test_a_special_case_of_what_does_not_hold_stands_by_itself() -> None:
     shelf = _Verdict("shelf", HOLDS, 0.9, thing="t2")
     bookcase = _Verdict("bookcase", HOLDS, 0.7, specialises=("shelf",))
     assert [v.model for v in best_first((bookcase, shelf))] == ["shelf", "bookcase"]
+
+
+@pytest.mark.parametrize(
+    ("degree", "names"), [(0.9, ["cabinet", "box", "shelf"]), (0.5, ["box", "shelf", "cabinet"])]
+)
+def test_a_name_goes_before_another_where_it_is_more_probable_than_not(
+    degree: float, names: list[str]
+) -> None:
+    box = _Verdict("box", HOLDS, 1.0, 0.84)
+    cabinet = _Verdict("cabinet", HOLDS, degree, 0.82, rather_than=("box",))
+    shelf = _Verdict("shelf", HOLDS, 1.0, 0.83)
+    assert [v.model for v in best_first((box, shelf, cabinet))] == names
+
+
+def test_a_name_goes_before_no_other_things_name() -> None:
+    box = _Verdict("box", HOLDS, 1.0, 0.84, thing="t2")
+    cabinet = _Verdict("cabinet", HOLDS, 1.0, 0.82, rather_than=("box",))
+    assert [v.model for v in best_first((cabinet, box))] == ["box", "cabinet"]

@@ -72,7 +72,7 @@ loaded(Name, File, Module) :-
 
 %   As a user's file, or as one of the program's own.
 load(text(Text), Module, Models) :-
-    facetlog_loader:load_rules(Module, 'oracle.pl', Text, loaded(_, Models, _)).
+    facetlog_loader:load_rules(Module, 'oracle.pl', Text, loaded(_, Models, _, _)).
 load(clauses(Clauses), Module, Models) :-
     facetlog_rule_module:new_rule_module(Module),
     forall(member(Clause, Clauses), assertz(Module:Clause)),

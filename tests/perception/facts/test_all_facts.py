@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facetlog.perception.facts import measures, nearest_points, plan_view, thing_gaps
+from facetlog.perception.facts import measures, plan_view
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.facts.fact_schema import (
     FACT_SCHEMA,
@@ -16,6 +16,7 @@ from facetlog.perception.facts.fact_schema import (
     fact_fault,
     schema_table,
 )
+from facetlog.perception.facts.gaps import nearest_points, thing_gaps
 from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces import contacts, convex_hulls, outline_overlap
 from facetlog.perception.surfaces.exact_solids.polyhedra import (

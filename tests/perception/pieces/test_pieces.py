@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.named_rows import FactRows
-from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.pieces.pieces import find_pieces
 from facetlog.perception.scene import Plane, Scene
 from facetlog.perception.space.grid import Grid, Lattice

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.piece_facts import shown_pieces
+from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.draw_pieces import draw_pieces
 from facetlog.perception.pieces.piece_meshes import pieces_bytes
 from facetlog.perception.pieces.pieces import SLENDER, THIN, Kind

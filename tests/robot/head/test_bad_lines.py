@@ -9,8 +9,8 @@ from facetlog.errors import DeviceError
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30
-from facetlog.robot.simulator.head_canon import CanonHead
-from facetlog.robot.simulator.head_sony import SonyHead
+from facetlog.robot.simulator.heads.canon import CanonHead
+from facetlog.robot.simulator.heads.sony import SonyHead
 from tests.robot.head.simulated import SimulatedLine
 
 LONGEST_S = 60.0

@@ -13,7 +13,7 @@ from facetlog.robot.head.canon import CanonCommand, command_to_bytes, hexadecima
 from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import open_head
-from facetlog.robot.simulator.head_canon import CanonHead
+from facetlog.robot.simulator.heads.canon import CanonHead
 from tests.robot.head.simulated import Silence, SimulatedLine
 
 HALF_A_COUNT = math.radians(0.1125) / 2 * (1 + 1e-9)

@@ -13,8 +13,8 @@ from facetlog.robot.byte_line import PortLine
 from facetlog.robot.head.canon_models import VC_C4
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.simulator.device import Device
-from facetlog.robot.simulator.head_canon import CanonHead
-from facetlog.robot.simulator.head_sony import SonyHead
+from facetlog.robot.simulator.heads.canon import CanonHead
+from facetlog.robot.simulator.heads.sony import SonyHead
 
 PATIENCE_S = 60.0
 

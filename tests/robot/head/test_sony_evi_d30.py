@@ -13,7 +13,7 @@ from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30
 from facetlog.robot.head.sony_models import EVI_D30, EVI_D100
 from facetlog.robot.head.visca import AbsoluteMove, ZoomTo, to_bytes
-from facetlog.robot.simulator.head_sony import SonyHead
+from facetlog.robot.simulator.heads.sony import SonyHead
 from tests.robot.head.simulated import Silence, SimulatedLine
 
 STEP = math.radians(1 / 8.8)

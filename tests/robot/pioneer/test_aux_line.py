@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.reports import Report
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
 pytestmark = pytest.mark.usefixtures("quick")

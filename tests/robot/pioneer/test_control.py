@@ -13,7 +13,7 @@ from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.motion import LONGEST_LEASE
-from facetlog.robot.pioneer.packet import Packet, Received
+from facetlog.robot.pioneer.packets.packet import Packet, Received
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.problems import Cause
 from tests.robot.pioneer.drives import Drive, speeds_sent, way

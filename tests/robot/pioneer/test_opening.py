@@ -9,9 +9,9 @@ import pytest
 from facetlog.errors import DeviceTimeout
 from facetlog.robot.pioneer.connecting import connect_over
 from facetlog.robot.pioneer.opening import Opening
-from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.receiver import Receiver
-from facetlog.robot.pioneer.server_information import SIP_KINDS
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
 from tests.robot.pioneer.lines import Line, answering
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
 

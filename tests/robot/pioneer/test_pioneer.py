@@ -17,11 +17,11 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer.commands import Command
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pioneer.reports import Encoders, InputsOutputs
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
 pytestmark = pytest.mark.usefixtures("quick")
@@ -276,7 +276,7 @@ def _with_names(scripted: ScriptedRobot, names: bytes) -> Callable[..., None]:
         said = scripted._out
         original(packet, now)  # type: ignore[arg-type]
         if b"scripted" in scripted._out:
-            from facetlog.robot.pioneer.packet import Packet
+            from facetlog.robot.pioneer.packets.packet import Packet
 
             scripted._out = said + Packet(2, names).to_bytes()
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.pioneer.server_information import ServerInformation, SonarReading
 from facetlog.robot.pioneer.state import StateMaker, reports_motors
 from tests.robot.pioneer.scripted import CONFIGURATION
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.traffic import TrafficLog, report_name
 
 

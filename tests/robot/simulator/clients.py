@@ -4,17 +4,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.drive import Drive
-from facetlog.robot.simulator.dynamics import Body, MotionErrors, Truth
-from facetlog.robot.simulator.firmware import Firmware
-from facetlog.robot.simulator.generations import default_configuration
-from facetlog.robot.simulator.obstacles import Obstacles
-from facetlog.robot.simulator.sonar import Sonars
+from facetlog.robot.simulator.body.dynamics import Body, MotionErrors, Truth
+from facetlog.robot.simulator.body.obstacles import Obstacles
+from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.firmware import Firmware
+from facetlog.robot.simulator.firmware.generations import default_configuration
 
 ROBOT_HEIGHT = 0.24
 ORIGIN, EXACT = Truth(0.0, 0.0, 0.0), MotionErrors()

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Decoder, Packet
-from facetlog.robot.pioneer.server_information import ServerInformation
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
+from facetlog.robot.pioneer.packets.server_information import ServerInformation
 from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
 from facetlog.robot.simulator.faulty_line import FaultyLine
 from facetlog.robot.simulator.simulation import Simulation
@@ -22,7 +22,7 @@ from facetlog.robot.simulator.world_file import (
     TimedFault,
     WorldSetup,
 )
-from tests.robot.simulator.test_aux_ports import Parrot
+from tests.robot.simulator.firmware.test_aux_ports import Parrot
 
 
 def line() -> FaultyLine:

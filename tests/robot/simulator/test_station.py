@@ -19,11 +19,11 @@ import numpy as np
 import pytest
 import serial
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packet import Decoder, Packet
-from facetlog.robot.simulator import web
-from facetlog.robot.simulator.endpoints import PtyEndpoint
-from facetlog.robot.simulator.server import ActiveClient
+from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet
+from facetlog.robot.simulator.serving import web
+from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
+from facetlog.robot.simulator.serving.server import ActiveClient
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
 from tests.patience import allowed

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.planes.parallel import PARALLEL_COSINE
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
@@ -16,8 +17,6 @@ __all__ = ["MAX_BLOCKED", "alike", "back_to_back", "blocked", "lies_within", "ov
 MAX_OVERLAP = 0.15
 # Two outlines of one plane are alike from this intersection over union on.
 ALIKE = 0.85
-# Two planes are the same within this angle and the distance that the caller gives.
-SAME_PLANE_COSINE = np.cos(np.radians(10.0))
 # Share of the sight lines to what was seen that a face may block.
 MAX_BLOCKED = 0.25
 
@@ -30,7 +29,7 @@ def overlap(
     near: float,
 ) -> bool:
     """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
-    if abs(normal @ other_normal) < SAME_PLANE_COSINE:
+    if abs(normal @ other_normal) < PARALLEL_COSINE:
         return False
     apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
     if apart.min() > near:

@@ -9,13 +9,15 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.outlined_face import OutlinedFace
+from facetlog.perception.detection.line_front_end.planes.parallel import (
+    PARALLEL_COSINE,
+    UPRIGHT_SINE,
+)
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PARALLEL_COSINE", "UPRIGHT_SINE", "BoardPlaces", "board_places"]
+__all__ = ["BoardPlaces", "board_places"]
 
-# Planes are parallel, or upright, within 10 degrees.
-PARALLEL_COSINE, UPRIGHT_SINE = float(np.cos(np.radians(10.0))), float(np.sin(np.radians(10.0)))
 # Two faces stand opposite each other where so much of the smaller does.
 OPPOSITE_SHARE = 0.5
 

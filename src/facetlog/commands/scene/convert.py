@@ -69,7 +69,7 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 
 def _write_pieces(scene: "Scene", path: Path) -> None:
-    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.facts.pieces.piece_facts import shown_pieces
     from facetlog.perception.pieces.piece_meshes import pieces_bytes
     from facetlog.perception.whole_file import write_whole
 

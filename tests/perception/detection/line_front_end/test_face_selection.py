@@ -7,6 +7,7 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
@@ -15,7 +16,10 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     plane_hypotheses,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.segments_3d.line_extent import line_profiles
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
+    covered_extents,
+    line_profiles,
+)
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
@@ -45,7 +49,8 @@ def selected(
     score = sides.score(segments)
     ground = find_ground(found, lines, score, rig.views, graph.distance, up)
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
-    faces, _ = select_faces(found, lines, score, rig.views, profiles, ground, photos, sides)
+    behind = LinesBehind.of(lines, covered_extents(segments, profiles), photos, sides)
+    faces, _ = select_faces(found, lines, score, rig.views, profiles, ground, photos, sides, behind)
     return faces
 
 

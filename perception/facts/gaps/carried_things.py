@@ -1,0 +1,104 @@
+"""Nothing floats: what ends above the ground is carried, by what it nearly touches.
+
+A chair's back ends above its seat, with a rounded edge between them that is no face; where views
+show the ground beneath, it is of one thing with the seat. What is nearer to the ground stands on
+something that was not found; and what another thing reaches beneath stands on that.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.row_products import dots
+from facetlog.perception.row_table import Indices
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.components import components
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH, above_ground
+from facetlog.perception.surfaces.things import Thing
+from facetlog.perception.types import FloatArray
+
+__all__ = ["carried_together"]
+
+# What carries a thing reaches as low or lower, and is nearer to it than this share of its height
+# above the ground.
+NEARER = 0.25
+# What ends less than so many standard deviations above the ground stands on it.
+NOISE_SDS = 3.0
+# What stands on a face takes this much of it at most, along it.
+STANDS_WITHIN = 2.0 / 3.0
+
+
+def carried_together(
+    scene: Scene, table: FaceTable, edges: Indices, things: tuple[Thing, ...]
+) -> tuple[Thing, ...]:
+    """The things of a scene, of which those that end above the ground are one with their carriers.
+
+    The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
+    the things are as they were, and where they were told apart as the scene was read (bodies).
+    """
+    above = above_ground(scene, table.points)
+    if above is None or scene.up is None or scene.bodies or len(things) < 2:
+        return things
+    from facetlog.perception.facts.gaps.thing_gaps import gaps  # scenes without a ground do without
+
+    vertices = [_vertices(table, edges, thing) for thing in things]
+    lowest = np.array([own[np.argmin(above[own])] for own in vertices])
+    high = above[lowest]
+    sds = np.sqrt(dots(scene.up @ table.covs[lowest], scene.up))
+    high = np.where(high > NOISE_SDS * sds, high, 0.0)
+    axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
+    heights, flat = table.points @ scene.up, table.points @ axes.T
+    nearest: dict[int, tuple[float, int]] = {}
+    for gap in gaps(table, edges, things):
+        for one, other in ((gap.first, gap.second), (gap.second, gap.first)):
+            near = gap.distance.value <= NEARER * high[one] and high[other] <= high[one] > 0.0
+            if near and not any(
+                _stands_on(table, heights, flat, vertices[one], face)
+                for face in things[other].faces
+                if float(table.planes.normals[face] @ scene.up) > LEVEL_ENOUGH
+            ):
+                found = (gap.distance.value, other)
+                nearest[one] = min(found, nearest.get(one, found))
+    groups = components(len(things), ((one, other) for one, (_, other) in nearest.items()))
+    together: dict[int, list[Thing]] = {}
+    for group, thing in zip(groups, things, strict=True):
+        together.setdefault(group, []).append(thing)
+    return tuple(_as_one(some) for some in together.values())
+
+
+def _vertices(table: FaceTable, edges: Indices, thing: Thing) -> Indices:
+    of_faces = table.rows_of(np.array(thing.faces, dtype=np.intp))[1]
+    of_edges = edges[np.array(thing.edges, dtype=np.intp)].ravel()
+    return np.unique(np.concatenate([of_faces, of_edges]))
+
+
+def _stands_on(
+    table: FaceTable, heights: FloatArray, flat: FloatArray, own: Indices, face: int
+) -> bool:
+    """Whether a thing of these vertices lies over a level face, and takes only some of it."""
+    corners = table.outlines[face, table.there[face]]
+    if heights[own].mean() < heights[corners].mean():
+        return False
+    plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
+    top = shapely.convex_hull(shapely.MultiPoint(flat[corners]))
+    middle = shapely.centroid(plan)
+    if not shapely.contains(top, middle):
+        return False
+    spans = flat[own][:, None] - flat[own][None]
+    lengths = np.sqrt((spans**2).sum(axis=-1))
+    longest = spans[np.unravel_index(int(np.argmax(lengths)), lengths.shape)]
+    extent = float(np.ptp(flat[corners] @ longest))
+    return float(longest @ longest) <= STANDS_WITHIN * extent
+
+
+def _as_one(things: Sequence[Thing]) -> Thing:
+    first = things[0]
+    if len(things) == 1:
+        return first
+    faces = tuple(sorted(i for thing in things for i in thing.faces))
+    edges = tuple(sorted(i for thing in things for i in thing.edges))
+    patches = tuple(sorted(i for thing in things for i in thing.patches))
+    return Thing(faces, edges, patches, whole=False, scene=first.scene)

@@ -1,0 +1,221 @@
+"""What things fill of their space, and what they leave."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.levels import Level, level_at
+from facetlog.perception.facts.levels.sides import hollow
+from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.row_table import Indices
+from facetlog.perception.scene import Scene
+from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, ROUNDING, Grid
+from facetlog.perception.space.space import Space
+from facetlog.perception.space.thing_space import ThingSurface, thing_space
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
+from facetlog.perception.surfaces.things import Thing
+from facetlog.perception.types import FloatArray
+
+__all__ = ["FilledSpace", "curved_share", "filled_spaces"]
+
+# A direction this near one of a box's own is the same: cos 5°.
+SAME_DIRECTION = 0.996
+# Lines of sight from so many places make a cell free: a scanner measures where they end, a picture
+# only agrees with others.
+PLACES_OF_SCANS, PLACES_OF_PICTURES = 1, 2
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FilledSpace:
+    """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), how
+    `hollow` the sides of that box are (0..1), and the levels of its faces that lie about level (by
+    index of the face); whether it is `known` from all sides, and the volume of that `box`.
+
+    The box is upright, or square to the largest face where that box is clearly smaller. Without a
+    known up there are no levels and no footprint. `space` and `surface` are what all that was
+    measured on; `tipped` is the space square to the largest face, where its box is the one.
+    """
+
+    space: Space
+    surface: ThingSurface
+    known: bool
+    box: float
+    footprint: Bounded | None
+    solidity: Bounded
+    hollow: Bounded
+    levels: dict[int, Level]
+    tipped: Space | None = None
+
+
+def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
+    """How much of a thing's surface is not flat, 0..1; `areas` (f,) are those of all faces."""
+    curved = float(sum(scene.patches[i].areas.sum() for i in thing.patches))
+    if not curved > 0.0:
+        return 0.0
+    return curved / (curved + float(sum(areas[list(thing.faces)].tolist())))
+
+
+def filled_spaces(
+    scenes: Sequence[Scene],
+    table: FaceTable,
+    edges: Indices,
+    things: Sequence[Thing],
+    members: Sequence[Indices],
+    floors: FloatArray,
+) -> dict[int, FilledSpace]:
+    """What each thing (by its index) fills of its space; `edges` (e, 2) are those of the scenes,
+    `members` the vertices of each thing, and `floors` (t,) the heights of the ground beneath,
+    infinite where it is not known.
+    """
+    found: dict[int, FilledSpace] = {}
+    for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
+        if len(vertices) < 2:
+            continue
+        scene = scenes[thing.scene]
+        places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
+        outer = _down_to(table.points[vertices], scene.up, float(floors[index]))
+        surface = _surface(scene, table, thing, table.points[edges[list(thing.edges)]], outer)
+        measured = _Measured(scene, surface, places)
+        filled = measured.lying() if scene.up is None else measured.standing(scene.up)
+        if filled is not None:
+            found[index] = filled
+    return found
+
+
+def _surface(
+    scene: Scene, table: FaceTable, thing: Thing, lines: FloatArray, outer: FloatArray
+) -> ThingSurface:
+    own = tuple(table.faces[i] for i in thing.faces)
+    none = np.zeros((0, 3))
+    patches = [scene.patches[i] for i in thing.patches]
+    return ThingSurface(
+        own,
+        outer,
+        np.concatenate([none, *(patch.points for patch in patches)]),
+        np.concatenate([none, *(patch.normals for patch in patches)]),
+        lines,
+        _corner_sd(table, own),
+        thing.whole,
+    )
+
+
+def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
+    """Points (n, 3) of a thing, and one on the floor where that is lower by a cell of its space."""
+    if up is None or not len(points):
+        return points
+    heights = points @ up
+    lowest = int(np.argmin(heights))
+    reach = 2.0 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+    if CELLS * (heights[lowest] - floor) <= reach:
+        return points
+    return np.concatenate([points, points[None, lowest] + (floor - heights[lowest]) * up])
+
+
+def _corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
+    """Median sd of the faces' corners, along an axis; 0 without faces."""
+    corners = sorted({i for face in faces for i in face.members})
+    if not corners:
+        return 0.0
+    variances = np.trace(table.covs[corners], axis1=1, axis2=2) / 3.0
+    return float(np.sqrt(np.median(variances)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Measured:
+    """A thing's surface in its scene, measured in lattices along one direction or another."""
+
+    scene: Scene
+    surface: ThingSurface
+    places: int
+
+    def standing(self, up: FloatArray) -> FilledSpace | None:
+        space = self._space(up, on_ground=True)
+        if space is None:
+            return None
+        filled = FilledSpace(
+            space,
+            self.surface,
+            space.known,
+            space.lattice.volume,
+            _both_ways(space, _footprint),
+            _both_ways(space, _solidity),
+            _both_ways(space, partial(_hollow, on_ground=True)),
+            dict(self._levels(space, up)),
+        )
+        # A box that is tipped over fills the box round it no less.
+        if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
+            tipped = self.lying()
+            if tipped is not None and HARDLY_LARGER * tipped.box < filled.box:
+                return replace(
+                    filled,
+                    box=tipped.box,
+                    solidity=tipped.solidity,
+                    hollow=tipped.hollow,
+                    tipped=tipped.space,
+                )
+        return filled
+
+    def lying(self) -> FilledSpace | None:
+        space = self._space(self._axis(), on_ground=False)
+        if space is None:
+            return None
+        return FilledSpace(
+            space,
+            self.surface,
+            space.known,
+            space.lattice.volume,
+            None,
+            _both_ways(space, _solidity),
+            _both_ways(space, partial(_hollow, on_ground=False)),
+            {},
+        )
+
+    def _axis(self) -> FloatArray:
+        """The normal of the largest face, or the direction in which the points vary least."""
+        if self.surface.faces:
+            return max(self.surface.faces, key=lambda face: face.area).normal
+        normal: FloatArray = np.linalg.eigh(np.cov(self.surface.outer.T))[1][:, 0]
+        return normal
+
+    def _space(self, up: FloatArray, *, on_ground: bool) -> Space | None:
+        sights = self.scene.lines_of_sight
+        return thing_space(self.surface, up, sights=sights, places=self.places, on_ground=on_ground)
+
+    def _levels(self, space: Space, up: FloatArray) -> Iterator[tuple[int, Level]]:
+        known: dict[int, Level | None] = {}
+        for face in self.surface.faces:
+            if abs(float(face.normal @ up)) < LEVEL_ENOUGH:
+                continue
+            height = float(face.middle @ up)
+            layer = space.least().layer(height)
+            if layer not in known:
+                known[layer] = level_at(space, height)
+            level = known[layer]
+            if level is not None:
+                yield face.index, level
+
+
+def _both_ways(space: Space, reading: Callable[[Grid], Estimate]) -> Bounded:
+    """A reading of the space with all that is unseen free, and with all of it full."""
+    least, most = space.least(), space.most()
+    if most is least:
+        return Bounded.sure(reading(least))
+    return Bounded.between(reading(least), reading(most))
+
+
+def _solidity(grid: Grid) -> Estimate:
+    return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
+
+
+def _hollow(grid: Grid, *, on_ground: bool) -> Estimate:
+    return Estimate(hollow(grid, on_ground=on_ground), ROUNDING / min(grid.solid.shape))
+
+
+def _footprint(grid: Grid) -> Estimate:
+    cells = float(grid.footprint.sum())
+    area = cells * grid.cell**2
+    return Estimate(area, 2.0 * ROUNDING / float(np.sqrt(cells)) * area)

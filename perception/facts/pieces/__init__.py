@@ -1,0 +1,1 @@
+"""Facts about the pieces of things and about their openings."""

@@ -1,0 +1,1 @@
+"""The line to the robot, and the process that owns it."""

@@ -1,0 +1,1 @@
+"""Packets of the Pioneer's protocol, and what is in them."""

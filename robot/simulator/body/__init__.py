@@ -1,0 +1,1 @@
+"""The simulated robot in its world: how it moves, what it runs into, what its sonars measure."""

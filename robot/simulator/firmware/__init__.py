@@ -1,0 +1,1 @@
+"""What runs in the simulated robot: commands in, motion and reports out."""

@@ -1,0 +1,1 @@
+"""The simulated camera heads, each a device on a serial line."""

@@ -1,0 +1,1 @@
+"""Where clients reach the simulated robot, and its clock."""

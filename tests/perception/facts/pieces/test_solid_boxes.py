@@ -1,0 +1,122 @@
+"""What stands beside, or lies inside, what: boxes whose places are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.facts.pieces.solid_boxes import SolidBox, beside, inside, known_of_two
+from facetlog.perception.surfaces.exact_solids.builders import build
+from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
+from tests.perception.space.simulated_scans import eye_at, scanned
+
+UP = np.array([0.0, 0.0, 1.0])
+CELL = 0.02
+NONE = np.zeros((3, 2), dtype=np.bool_)
+
+extents = st.tuples(*(st.floats(0.05, 1.0),) * 3)
+places = st.tuples(*(st.floats(-1.0, 1.0),) * 3)
+turns = st.integers(0, 10**6).map(lambda seed: Rotation.random(random_state=seed).as_matrix())
+
+
+def box(middle: tuple[float, ...], size: tuple[float, ...]) -> SolidBox:
+    return SolidBox(np.array(middle), np.eye(3), np.array(size) / 2.0, CELL, NONE)
+
+
+boxes = st.builds(box, places, extents)
+
+
+def turned(one: SolidBox, by: np.ndarray) -> SolidBox:
+    return replace(one, middle=by @ one.middle, axes=one.axes @ by.T)
+
+
+@given(boxes, st.floats(0.3, 0.89), turns)
+def test_what_is_smaller_about_the_same_middle_is_inside(
+    outer: SolidBox, share: float, turn: np.ndarray
+) -> None:
+    both = [turned(each, turn) for each in (replace(outer, half=share * outer.half), outer)]
+    assert inside(both).tolist() == [[True, True], [False, True]]
+
+
+@given(boxes, extents, st.floats(0.0, 1.0), st.sampled_from([(1, 0, 0), (0, 1, 0), (-1, 0, 0)]))
+def test_what_stands_on_one_floor_without_meeting_is_beside_and_not_inside(
+    one: SolidBox, size: tuple[float, ...], gap: float, way: tuple[int, ...]
+) -> None:
+    half = np.array(size) / 2.0
+    half[2] = one.half[2]
+    middle = one.middle + np.array(way) * (one.half + half + gap)
+    both = [one, replace(one, middle=middle, half=half)]
+    assert beside(both, UP)[0, 1]
+    assert beside(both, UP)[1, 0]
+    assert not inside(both)[0, 1]
+
+
+@given(boxes, boxes)
+def test_what_stands_on_another_is_not_beside_it(one: SolidBox, other: SolidBox) -> None:
+    middle = one.middle + (one.half + other.half) * UP
+    assert not beside([one, replace(other, middle=middle)], UP).any(where=~np.eye(2, dtype=bool))
+
+
+@settings(max_examples=50)
+@given(boxes, boxes, turns)
+def test_neither_order_nor_the_world_frame_tells(
+    one: SolidBox, other: SolidBox, turn: np.ndarray
+) -> None:
+    first, second = beside([one, other], UP), beside([other, one], UP)
+    assert first[0, 1] == first[1, 0] == second[0, 1]
+    # what is within a cell of a limit may come out either way by rounding
+    away = [replace(each, half=each.half + s) for s in (-1e-6, 1e-6) for each in (one, other)]
+    alike = {tuple(r.ravel()) for r in (beside(away[:2], UP), beside(away[2:], UP))}
+    if len(alike) == 1:
+        again = beside([turned(one, turn), turned(other, turn)], turn @ UP)
+        assert again.tolist() == first.tolist()
+
+
+def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certain() -> None:
+    post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
+    room = box((0.0, 0.0, 0.5), (2.0, 2.0, 2.0))
+    known = set(known_of_two([post, other, room], UP))
+    assert {("beside", 0, 1, True), ("beside", 1, 0, True), ("inside", 0, 2, True)} <= known
+    assert len(known) == 12
+    towards = replace(post, reaches=np.array([[False, True], [False, False], [False, False]]))
+    open_ = set(known_of_two([towards, other, room], UP))
+    assert open_ < known
+    assert {(name, *sorted(two)) for name, *two, _ in known - open_} == {
+        ("beside", 0, 1),
+        ("inside", 0, 1),  # the other may lie within it, as far as it may reach
+        ("inside", 0, 2),
+    }
+
+
+def test_without_up_nothing_is_known_to_be_beside() -> None:
+    both = [box((0.0, 0.0, 0.0), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.0), (0.1, 0.1, 1.0))]
+    assert {name for name, *_ in known_of_two(both, None)} == {"inside"}
+
+
+def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other() -> None:
+    lamp: Box = ((0.5, 0.0, 0.9), (0.7, DEPTH, 1.1))
+    cord: Box = ((0.58, 0.03, 1.1), (0.64, 0.07, HEIGHT - POST))
+    scene = of_boxes(*POSTS, LINTEL, lamp, cord)
+    rows = fact_rows(scene, {"inside", "beside", "piece_heights"})
+    low = {name: round(each, 1) for name, each, _, _ in rows["piece_heights"]}
+    within = {(low[a], b) for a, b, known in rows["inside"] if known == "yes"}
+    assert within == {(0.9, "o1"), (1.1, "o1")}
+    beside_ = {(a, b) for a, b, known in rows["beside"] if known == "yes"}
+    posts = [name for name, each in low.items() if each == 0.0]
+    assert {tuple(posts), (posts[0], "o1"), (posts[1], "o1")} <= beside_
+
+
+@pytest.mark.parametrize(("azimuth", "height"), [(20.0, 30.0), (200.0, 30.0)])
+@pytest.mark.parametrize("name", ["table", "chair", "bench"])
+def test_a_scan_from_one_side_leaves_open_what_it_does_not_know(
+    name: str, azimuth: float, height: float
+) -> None:
+    solid = build(name, {})
+    rows = fact_rows(scanned(solid, eye_at(solid, azimuth, height)), {"piece", "beside"})
+    pieces = len(rows["piece"])
+    between = [row for row in rows["beside"] if row[0].startswith("p") and row[1].startswith("p")]
+    assert 0 < len(between) < pieces * (pieces - 1)

@@ -1,0 +1,209 @@
+"""Ports: addresses, real sockets, a real pseudo-terminal with pyserial on it."""
+
+import os
+import pty
+import socket
+import threading
+import time
+import tty
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.line import port as ports
+from facetlog.robot.pioneer.line.port import Port, SerialPort, TcpPort, open_port
+
+
+@pytest.fixture
+def server() -> Iterator[socket.socket]:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(10)
+        yield listening
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, str]]:
+    """The other side of a serial line, and the line's path."""
+    other, line = pty.openpty()
+    tty.setraw(line)
+    yield other, os.ttyname(line)
+    os.close(line)
+    os.close(other)
+
+
+def read_exactly(port: Port, count: int) -> bytes:
+    data, deadline = b"", time.monotonic() + 10
+    while len(data) < count and time.monotonic() < deadline:
+        data += port.read(0.2)
+    return data
+
+
+@pytest.mark.parametrize("form", ["tcp:{}:{}", "{}:{}"])
+def test_bytes_go_both_ways_over_tcp(server: socket.socket, form: str) -> None:
+    port = open_port(form.format(*server.getsockname()))
+    accepted, _ = server.accept()
+    with accepted:
+        port.write(b"\xfa\xfb\x03")
+        assert accepted.recv(10) == b"\xfa\xfb\x03"
+        accepted.sendall(bytes(range(256)))
+        assert read_exactly(port, 256) == bytes(range(256))
+        assert port.has_baud is False
+        port.set_baud(38400)
+        port.close()
+        assert accepted.recv(1) == b""
+    port.close()
+
+
+def test_a_read_waits_no_longer_than_it_is_reported(server: socket.socket) -> None:
+    port = open_port("tcp:{}:{}".format(*server.getsockname()))
+    try:
+        before = time.monotonic()
+        assert port.read(0.1) == b""
+        assert time.monotonic() - before >= 0.09
+        assert port.read(0.0) == b""
+    finally:
+        port.close()
+
+
+def test_a_server_that_hangs_up_is_said(server: socket.socket) -> None:
+    port = open_port("tcp:{}:{}".format(*server.getsockname()))
+    server.accept()[0].close()
+    with pytest.raises(DeviceError, match="closed the connection; it may serve only one client"):
+        port.read(10.0)
+    port.close()
+
+
+def test_a_server_that_served_before_it_hangs_up_is_not_said_to_serve_others(
+    server: socket.socket,
+) -> None:
+    port = open_port("tcp:{}:{}".format(*server.getsockname()))
+    accepted = server.accept()[0]
+    accepted.sendall(b"report")
+    assert port.read(10.0) == b"report"
+    accepted.close()
+    with pytest.raises(DeviceError, match="what serves the robot there may have ended"):
+        port.read(10.0)
+    port.close()
+
+
+def test_a_server_that_takes_no_bytes_is_a_time_out(
+    server: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ports, "WRITE_TIMEOUT", 0.1)
+    port = open_port("tcp:{}:{}".format(*server.getsockname()))
+    try:
+        with pytest.raises(DeviceTimeout, match="takes no bytes"):
+            port.write(bytes(50_000_000))
+    finally:
+        port.close()
+
+
+def test_nobody_listening_is_an_error_and_nothing_else_is_tried() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as unused:
+        address = "tcp:{}:{}".format(*unused.getsockname())
+    with pytest.raises(DeviceError, match="running there"):
+        open_port(address)
+
+
+@pytest.mark.parametrize("form", ["serial:{}", "{}"])
+def test_bytes_go_both_ways_over_a_serial_line(terminal: tuple[int, str], form: str) -> None:
+    other, path = terminal
+    port = open_port(form.format(path))
+    try:
+        port.write(b"\xfa\xfb\x00\x11\x13\xff")
+        assert os.read(other, 10) == b"\xfa\xfb\x00\x11\x13\xff"
+        os.write(other, b"\x00\x03\x0a\x0d\x11\xff")
+        assert read_exactly(port, 6) == b"\x00\x03\x0a\x0d\x11\xff"
+        assert port.has_baud is True
+        port.set_baud(38400)
+        assert port.read(0.01) == b""
+    finally:
+        port.close()
+    port.close()
+
+
+def test_a_serial_line_is_not_shared(terminal: tuple[int, str]) -> None:
+    port = SerialPort(terminal[1])
+    try:
+        with pytest.raises(DeviceError, match="another program has this port"):
+            SerialPort(terminal[1])
+    finally:
+        port.close()
+    SerialPort(terminal[1]).close()
+
+
+def test_an_adapter_that_is_pulled_out_is_said() -> None:
+    other, line = pty.openpty()
+    port = SerialPort(os.ttyname(line))
+    os.close(line)
+    os.close(other)
+    with pytest.raises(DeviceError, match="serial line is gone"):
+        port.read(10.0)
+    with pytest.raises(DeviceError, match="serial line is gone"):
+        port.write(b"\xfa")
+    port.close()
+
+
+def test_a_missing_port_and_a_file_are_no_serial_lines(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match="no such port"):
+        open_port(f"serial:{tmp_path}/ttyUSB7")
+    (tmp_path / "file").touch()
+    with pytest.raises(DeviceError, match="not a serial line"):
+        open_port(str(tmp_path / "file"))
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("", "no address"),
+        ("ttyUSB0", "no address"),
+        ("tcp:", "no TCP address"),
+        ("tcp:host:port", "no TCP address"),
+        ("host:99999", "no TCP port"),
+        ("host:0", "no TCP port"),
+    ],
+)
+def test_what_is_no_address_is_the_users_matter(address: str, expected: str) -> None:
+    with pytest.raises(InputError, match=expected):
+        open_port(address)
+
+
+def test_a_baud_rate_for_tcp_is_refused() -> None:
+    with pytest.raises(InputError, match="no baud rate"):
+        open_port("tcp:127.0.0.1:8101", 9600)
+
+
+def test_the_default_port_is_the_one_of_simulators(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, int]] = []
+    monkeypatch.setattr(ports, "TcpPort", lambda host, number, _: asked.append((host, number)))
+    open_port("tcp:robot")
+    open_port("tcp:[::1]:8102")
+    assert asked == [("robot", 8101), ("::1", 8102)]
+
+
+def test_one_thread_reads_while_another_writes(server: socket.socket) -> None:
+    port = TcpPort(*server.getsockname())
+    accepted, _ = server.accept()
+
+    def echo() -> None:
+        while data := accepted.recv(4096):
+            accepted.sendall(data)
+
+    echoing = threading.Thread(target=echo)
+    echoing.start()
+    sent = os.urandom(20_000)
+
+    def write() -> None:
+        for at in range(0, len(sent), 100):
+            port.write(sent[at : at + 100])
+
+    writing = threading.Thread(target=write)
+    writing.start()
+    got = read_exactly(port, len(sent))
+    writing.join()
+    port.close()
+    echoing.join()
+    accepted.close()
+    assert got == sent

@@ -1,0 +1,111 @@
+"""Reports besides the server information: round trips, order of fields, short ones."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.robot.pioneer.packets.configuration import LAYOUT, Configuration
+from facetlog.robot.pioneer.packets.packet import Packet, PacketError
+from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names
+from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.parameters import MODELS, parameters_of
+from facetlog.robot.pose2 import Pose2
+
+WORDS = st.text("abcdefgh-0123", max_size=10)
+INT32 = st.integers(-(2**31), 2**31 - 1)
+
+
+@given(WORDS, WORDS, WORDS)
+def test_names_come_back(name: str, kind: str, subclass: str) -> None:
+    names = Names(name, kind, subclass)
+    assert Names.from_packet(names.to_packet()) == names
+
+
+def test_the_names_of_a_simulator_are_read() -> None:
+    packet = Packet(2, b"AMRISim\0Pioneer\0p3dx\0")
+    assert Names.from_packet(packet) == Names("AMRISim", "Pioneer", "p3dx")
+
+
+@given(INT32, INT32)
+def test_encoders_come_back(left: int, right: int) -> None:
+    assert Encoders.from_packet(Encoders(left, right).to_packet()) == Encoders(left, right)
+
+
+@given(
+    st.binary(max_size=8),
+    st.binary(max_size=8),
+    st.lists(st.integers(0, 65535), max_size=8).map(tuple),
+)
+def test_inputs_and_outputs_come_back(
+    digital_in: bytes, digital_out: bytes, analog: tuple[int, ...]
+) -> None:
+    values = InputsOutputs(digital_in, digital_out, analog)
+    assert InputsOutputs.from_packet(values.to_packet()) == values
+
+
+@pytest.mark.parametrize("reader", [Encoders, InputsOutputs, Configuration, TruePose])
+@given(payload=st.binary(max_size=252))
+def test_any_payload_is_read_or_a_packet_error(reader: type, payload: bytes) -> None:
+    try:
+        value = reader.from_packet(Packet(0, payload))
+    except PacketError:
+        return
+    assert isinstance(value, reader)
+
+
+@st.composite
+def configurations(draw: st.DrawFn) -> Configuration:
+    known = draw(st.integers(2, len(LAYOUT)))
+    bounds = {"B": (0, 255), "H": (0, 65535), "h": (-32768, 32767)}
+    values = {
+        name: draw(WORDS) if form == "s" else draw(st.integers(*bounds[form]))
+        for name, form in LAYOUT[:known]
+    }
+    return Configuration(**values)
+
+
+@given(configurations())
+def test_configurations_come_back_however_many_fields_the_firmware_knows(
+    configuration: Configuration,
+) -> None:
+    assert Configuration.from_packet(configuration.to_packet()) == configuration
+
+
+def test_the_watchdog_stands_where_clients_in_use_look_for_it() -> None:
+    """Three texts, a byte, five words, the name, three bytes, two words, a byte, two words."""
+    payload = b"Pioneer\0p2de\0SIM\0" + bytes(11) + b"x\0" + bytes(3 + 4 + 1 + 4) + b"\xd0\x07"
+    assert Configuration.from_packet(Packet(0x20, payload)).watchdog_ms == 2000
+
+
+def test_a_true_pose_stands_where_the_simulator_puts_it() -> None:
+    payload = bytes(2 + 10) + b"".join(
+        value.to_bytes(4, "little", signed=True) for value in (1500, -250, 7, -90)
+    )
+    pose = TruePose.from_packet(Packet(0x62, payload)).pose
+    assert pose == Pose2(1.5, -0.25, -math.pi / 2)
+    assert TruePose.from_packet(TruePose(pose).to_packet()).pose == pose
+
+
+def test_models_are_found_in_any_case_and_keep_their_figures() -> None:
+    assert parameters_of(" P3DX ").distance == pytest.approx(0.485e-3)
+    assert parameters_of("p2dx").angle == 2 * math.pi / 4096
+    assert parameters_of("pion1m").angle == 2 * math.pi / 1024
+    assert {p.position_bits for p in MODELS.values() if p.has_move} == {12}
+    assert {p.position_bits for p in MODELS.values() if not p.has_move} == {15}
+    with pytest.raises(KeyError):
+        parameters_of("roomba")
+
+
+def test_sonars_of_the_pioneer_2_look_where_its_manual_says() -> None:
+    sonars = parameters_of("p2dx").sonars
+    assert len(sonars) == 16
+    first, last_front, first_rear = sonars[0], sonars[7], sonars[8]
+    assert (first.x, first.y, math.degrees(first.heading)) == (0.115, 0.130, 90)
+    assert (last_front.x, last_front.y, math.degrees(last_front.heading)) == (0.115, -0.130, -90)
+    assert (first_rear.x, first_rear.y) == (-0.115, -0.130)
+    for front, rear in zip(sonars[:8], reversed(sonars[8:]), strict=True):
+        assert (rear.x, rear.y) == (-front.x, front.y)
+        assert math.isclose(math.cos(rear.heading), -math.cos(front.heading), abs_tol=1e-12)
+        assert math.isclose(math.sin(rear.heading), math.sin(front.heading), abs_tol=1e-12)
