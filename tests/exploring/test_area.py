@@ -211,6 +211,23 @@ def test_a_second_run_goes_on_with_the_places_of_the_first(tmp_path: Path) -> No
     assert len(names) == len(set(names)) > before
 
 
+def test_a_place_that_the_most_views_cut_off_is_gone_on_with(tmp_path: Path) -> None:
+    near = _judge(THINGS)
+
+    def judge(names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        verdict, part = near(names, interest)
+        return replace(verdict, needs=led(0.6, wrong=0.4 / len(names))), part
+
+    first = AreaExplorer(judge, AREA, most=6)
+    Area(tmp_path, first).run()
+    assert first.groups[0].ended == "the views are all taken"
+    resumed = AreaExplorer(judge, AREA, most=60)
+    resumed.resume(read_log(tmp_path), read_visit(tmp_path))
+    (group,) = resumed.groups
+    assert len(group.names) > FEWEST_VIEWS
+    assert group.ended == ""
+
+
 def test_every_choice_says_what_it_is_of_and_why(tmp_path: Path) -> None:
     area = Area(tmp_path, AreaExplorer(_judge(THINGS), AREA, most=60))
     area.run()
