@@ -170,8 +170,8 @@ def explored_room(seed: int) -> Outcome:
         folder = Path(kept) / "views"
 
         def judge(names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
-            verdict, seen = place_verdict(folder, names, interest, models)
-            return verdict, ScenePart((), ()) if seen is None else seen.part
+            found = place_verdict(folder, names, interest, models)
+            return found.verdict, found.part
 
         explorer = AreaExplorer(judge, room.area, most=MOST)
         record = Record(folder, optics, {"tour": "area"})

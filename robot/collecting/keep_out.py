@@ -1,5 +1,7 @@
 """Where no part of the robot may be: circles for its middle, and the rings on which it explores."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from facetlog.errors import InputError
@@ -68,10 +70,17 @@ def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
     return room
 
 
-def rings_round_target(request: Request, reach: Reach, pace: Pace, body: float) -> Around:
+def rings_round_target(
+    request: Request,
+    reach: Reach,
+    pace: Pace,
+    body: float,
+    lines: Sequence[Mapping[str, object]] = (),
+) -> Around:
     """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
 
-    Of an area there are none yet: whoever explores it finds what they are round.
+    Of an area there are none yet: whoever explores it finds what they are round. Their places are
+    those of the run that is gone on with, if `lines` of collect.jsonl have one round the target.
     """
     target = request.tour.target
     if request.area is not None:
@@ -89,4 +98,7 @@ def rings_round_target(request: Request, reach: Reach, pace: Pace, body: float) 
         max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
     )
     first = bearing(target, (request.start.x, request.start.y))
+    if any("explore" in line for line in lines):
+        before = Around.recorded(lines)
+        first = before.first if np.allclose(before.target, target) else first
     return Around(target, radius, first, reach, pace, request.start, body)

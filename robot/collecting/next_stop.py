@@ -5,7 +5,7 @@ what can be taken from there, and says which view is next, or why none is.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -19,7 +19,7 @@ from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import Listener
+from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadLimits
 from facetlog.robot.pose2 import Pose2
@@ -125,6 +125,22 @@ class Around:
                 "collect.jsonl does not say how its target was explored: give a folder that was "
                 "collected by --explore"
             ) from exc
+
+    @classmethod
+    def recorded(cls, lines: Sequence[Mapping[str, object]]) -> "Around":
+        """Those of the last run of which collect.jsonl tells, which keep out of what blocked its
+        way too; InputError where it was none that explored.
+        """
+        found: object = None
+        blocked: list[object] = []
+        for line in lines:
+            if "explore" in line:
+                found, blocked = line["explore"], []
+            elif line.get("result") == BLOCKED:
+                blocked.append(line.get("closed"))
+        if isinstance(found, dict) and isinstance(closed := found.get("closed"), list):
+            found = {**found, "closed": [*closed, *blocked]}
+        return cls.from_json(found)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -85,7 +85,7 @@ class Taken:
             "tilt_deg": math.degrees(self.tilt),
             "zoom": self.zoom,
             "time": self.time,
-            "sharpness": [self.quality.across, self.quality.down],
+            "blur_px": [self.quality.across, self.quality.down],
             "clipped": self.quality.clipped,
             "notes": list(self.notes),
         }
@@ -98,10 +98,11 @@ class Taken:
         notes = line["notes"]
         if not isinstance(notes, list):
             raise TypeError("notes are a list")
-        sharpness = line["sharpness"]
-        if not isinstance(sharpness, list):
-            raise TypeError("sharpness is a list")
-        across, down = (float(str(v)) for v in sharpness)
+        # Older ones have another measure, which does not compare.
+        blur = line.get("blur_px", [None, None])
+        if not isinstance(blur, list):
+            raise TypeError("a blur is a list")
+        across, down = (None if each is None else float(str(each)) for each in blur)
         return cls(
             int(str(line["view"])),
             str(line["image"]),

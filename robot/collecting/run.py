@@ -161,7 +161,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         pace = Pace(robot.limits.speed, robot.limits.turning)
         around = None
         if request.chooser is not None:
-            around = rings_round_target(request, reach, pace, radius)
+            around = rings_round_target(request, reach, pace, radius, lines)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()

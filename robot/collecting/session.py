@@ -26,6 +26,7 @@ from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [
+    "BLOCKED",
     "HEAD_SETTLE",
     "SETTLE",
     "SHOT_TIMEOUT",
@@ -49,6 +50,10 @@ SHOT_TIMEOUT, HEAD_TIMEOUT = 10.0, 10.0
 HEAD_PLAY_SD = math.radians(0.2)
 
 
+BLOCKED = "blocked"
+"""What a line of collect.jsonl about a way that was blocked has as its `result`."""
+
+
 class Listener(Protocol):
     """Gets the events of a collection; it may ignore all of them."""
 
@@ -62,7 +67,7 @@ class Listener(Protocol):
         """An assumption that was made."""
 
     def ended_early(self, ended: "Ended", there: int, total: int) -> None:
-        """It ended with so many of the views `there`; what is raised is reported by others."""
+        """It ended with so many of the views `there`; what is raised besides is the same."""
 
 
 class Stops(Protocol):
@@ -104,7 +109,8 @@ class Rig:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a collection ended: views taken in this run, and what ended it early, if anything.
+    """How a collection ended: views taken in this run, and what ended it early, if anything: a
+    fault, or else, as an interrupt, in a word `why`.
 
     Of one that ended early `robot` is its last known place in the world; whether it `stands` there,
     or was only last heard there.
@@ -115,10 +121,11 @@ class Ended:
     fault: FacetlogError | None = None
     robot: Pose2 | None = None
     stands: bool = False
+    why: str = ""
 
     def to_json(self) -> Mapping[str, object]:
         """As a line of collect.jsonl, and of `--json`."""
-        fault = None if self.fault is None else str(self.fault)
+        fault = self.why or None if self.fault is None else str(self.fault)
         line = {"result": "ended", "taken": self.taken, "wanted": self.wanted, "fault": fault}
         if self.robot is None or not self.stands:
             return line
@@ -175,7 +182,7 @@ def collect(
     if ended.fault is None:
         record.note(ended.to_json())
         return ended
-    return _end_early(rig, record, listener, ended, total, str(ended.fault))
+    return _end_early(rig, record, listener, ended, total)
 
 
 def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
@@ -183,7 +190,7 @@ def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
     return {
         "view": stop.number,
         "image": stop.view.name,
-        "result": "blocked",
+        "result": BLOCKED,
         "closed": closed,
     }
 
@@ -200,15 +207,17 @@ def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> I
     try:
         yield
     except BaseException as exc:
-        why = "interrupted" if isinstance(exc, KeyboardInterrupt) else str(exc)
         ended = Ended(len(record.taken) - before, wanted)
-        _end_early(rig, record, listener, ended, before + wanted, why or type(exc).__name__)
+        if isinstance(exc, FacetlogError):
+            ended = replace(ended, fault=exc)
+        else:
+            is_asked = isinstance(exc, KeyboardInterrupt)
+            ended = replace(ended, why="interrupted" if is_asked else type(exc).__name__)
+        _end_early(rig, record, listener, ended, before + wanted)
         raise
 
 
-def _end_early(
-    rig: Rig, record: Record, listener: Listener, ended: Ended, total: int, why: str
-) -> Ended:
+def _end_early(rig: Rig, record: Record, listener: Listener, ended: Ended, total: int) -> Ended:
     """Stops, writes the end and reports it; the same with the robot's place. Raises nothing: the
     first fault counts.
     """
@@ -218,7 +227,7 @@ def _end_early(
         robot = rig.base.place(rig.base.stand(0.0))
         ended = replace(ended, robot=robot, stands=True)
     with suppress(FacetlogError):
-        record.note({**ended.to_json(), "fault": why})
+        record.note(ended.to_json())
     # A terminal that was closed takes no line any more.
     with suppress(OSError):
         listener.ended_early(ended, len(record.taken), total)
@@ -296,7 +305,7 @@ def _shoot(
     if not still:
         return again.image, second, [f"taken twice, the first was {'; '.join(faults)}"]
     # Neither is good: fewer faults go before more, then the sharper one.
-    if (len(still), -second.sharpness) < (len(faults), -quality.sharpness):
+    if (len(still), second.blur) < (len(faults), quality.blur):
         return again.image, second, [f"{fault}, twice; kept" for fault in still]
     return frame.image, quality, [f"{fault}, twice; kept" for fault in faults]
 

@@ -1,5 +1,6 @@
 """A robot that explores an area in simulated time: what it finds, and that it touches nothing."""
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,9 +17,16 @@ from facetlog.mapping.visit import read_visit
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, ChosenStops
+from facetlog.robot.collecting.next_stop import (
+    MOST_DRIFT,
+    Around,
+    Chooser,
+    Chosen,
+    ChosenStops,
+    Finished,
+)
 from facetlog.robot.collecting.plan import Reach
-from facetlog.robot.collecting.record import Record, read_log, read_record
+from facetlog.robot.collecting.record import Record, Taken, read_log, read_record
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
@@ -61,6 +69,7 @@ class Area:
         *,
         start: Pose2 = START,
         resume: bool = False,
+        chooser: Chooser | None = None,
     ) -> None:
         self.robot = Seeing(start, things)
         head = FakeHead(self.robot)
@@ -87,7 +96,7 @@ class Area:
         self.heard = Heard()
         wide = ROBOT.radius + 0.03
         self.stops = ChosenStops(
-            explorer,
+            chooser or explorer,
             self.around,
             base,
             self.record,
@@ -202,6 +211,23 @@ def test_a_second_run_goes_on_with_the_places_of_the_first(tmp_path: Path) -> No
     assert len(names) == len(set(names)) > before
 
 
+def test_a_place_that_the_most_views_cut_off_is_gone_on_with(tmp_path: Path) -> None:
+    near = _judge(THINGS)
+
+    def judge(names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        verdict, part = near(names, interest)
+        return replace(verdict, needs=led(0.6, wrong=0.4 / len(names))), part
+
+    first = AreaExplorer(judge, AREA, most=6)
+    Area(tmp_path, first).run()
+    assert first.groups[0].ended == "the views are all taken"
+    resumed = AreaExplorer(judge, AREA, most=60)
+    resumed.resume(read_log(tmp_path), read_visit(tmp_path))
+    (group,) = resumed.groups
+    assert len(group.names) > FEWEST_VIEWS
+    assert group.ended == ""
+
+
 def test_every_choice_says_what_it_is_of_and_why(tmp_path: Path) -> None:
     area = Area(tmp_path, AreaExplorer(_judge(THINGS), AREA, most=60))
     area.run()
@@ -209,6 +235,48 @@ def test_every_choice_says_what_it_is_of_and_why(tmp_path: Path) -> None:
     assert all(line["why"] and isinstance(line["looks_at"], int) for line in chosen)
     assert {line["looks_at"] for line in chosen} >= {0, 1, 2}
     assert any(line.startswith("place 1") and "is done" in line for line in area.heard.lines)
+
+
+class Resuming:
+    """Chooses as the explorer does that drives, and notes what one that resumed there chooses."""
+
+    def __init__(self, explorer: AreaExplorer, judge: AreaJudge, folder: Path) -> None:
+        self._explorer, self._judge, self._folder = explorer, judge, folder
+        self.most = explorer.most
+        self.choices: list[tuple[object, object]] = []
+
+    def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
+        resumed = AreaExplorer(self._judge, AREA, most=self.most)
+        # A test has no traffic: what was heard is the same, what was concluded from it is not.
+        vars(resumed.floor).update(copy.deepcopy(vars(self._explorer.floor)))
+        resumed.floor.asked[:] = resumed.floor.given_up[:] = False
+        if taken:
+            resumed.resume(read_log(self._folder), read_visit(self._folder))
+            again = resumed.next_stop(around, taken)
+        found = self._explorer.next_stop(around, taken)
+        if taken:
+            self.choices.append((found.line, again.line))
+        return found
+
+
+@pytest.mark.slow
+def test_at_every_view_a_run_that_resumes_chooses_as_the_one_that_drove(tmp_path: Path) -> None:
+    near = _judge(THINGS)
+
+    def judge(names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        verdict, part = near(names, interest)
+        if len(names) in {3, 5}:  # What leads after four views was excluded before.
+            return replace(verdict, needs=None, excluded=("table",)), part
+        return replace(verdict, needs=led(0.96)), part
+
+    explorer = AreaExplorer(judge, AREA, most=60)
+    resuming = Resuming(explorer, judge, tmp_path)
+    area = Area(tmp_path, explorer, chooser=resuming)
+    assert area.run().fault is None
+    assert explorer.reached
+    assert len(resuming.choices) == len(area.record.taken) > 12
+    for live, resumed in resuming.choices:
+        assert live == resumed
 
 
 def test_the_next_choice_is_told_from_the_record_alone(tmp_path: Path) -> None:

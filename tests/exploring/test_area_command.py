@@ -6,12 +6,22 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from facetlog.cli import main
+from facetlog.commands.collect_area import recognised_in
+from facetlog.mapping.floor_grid import Seen, floor_grid
+from facetlog.mapping.room_map import RoomMap
+from facetlog.mapping.same_thing import merged
+from facetlog.robot.collecting.map_picture import FOUND, Floor, Mapped
+from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, read_world
+from facetlog.robot.tour import tour_camera
+from tests.mapping.rooms import box_thing
 from tests.recordings.test_mcap_recording import messages
 
 AREA = (-1.0, -1.6, 4.2, 3.6)
@@ -40,6 +50,20 @@ def test_options_that_say_no_area_are_refused_in_one_line(
     told = capsys.readouterr().err.strip()
     assert message in told
     assert "\n" not in told
+
+
+def test_the_map_of_the_way_shows_what_has_a_name_where_it_stands(tmp_path: Path) -> None:
+    box, nameless = box_thing(1.4, 0.2, 0.3), box_thing(3.0, 0.2, model="")
+    things, _ = merged([box, nameless])
+    room = RoomMap(("area",), things, floor_grid(Seen(), area=AREA), ((),), ())
+    (found,) = recognised_in(room)
+    assert found.said == "m1 box 80%"
+    (rim,) = found.outlines
+    assert rim[:-1].mean(axis=0) == pytest.approx([1.4, 0.2, 0.0])
+    Mapped((), (), Floor((), None, 0.25, area=AREA), Optics(tour_camera())).draw(tmp_path, [found])
+    image = cv2.imread(str(tmp_path / "map.png"))
+    assert image is not None
+    assert (np.abs(image.astype(int) - FOUND) < 20).all(axis=2).sum() > 300
 
 
 @pytest.mark.slow
@@ -79,6 +103,10 @@ def test_an_area_is_explored_and_mapped(tmp_path: Path, capsys: pytest.CaptureFi
     (thing,) = mapped["things"]
     assert math.dist((thing["pose"]["x"], thing["pose"]["y"]), box.at) < 0.15
     assert (out / "map" / "map.png").is_file()
+    way = cv2.imread(str(out / "map.png"))
+    assert way is not None
+    named = thing["model"] is not None
+    assert (np.abs(way.astype(int) - FOUND) < 20).all(axis=2).any() == named
     low, rows = mapped["floor"]["origin"], mapped["floor"]["rows"]
     assert low == pytest.approx(AREA[:2])
     assert len(rows) * mapped["floor"]["resolution"] == pytest.approx(AREA[3])

@@ -10,9 +10,15 @@ import pytest
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest, Needs, Open
+from facetlog.robot.collecting.keep_out import rings_round_target
+from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
+from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.steering import Pace
+from facetlog.robot.collecting.tour_file import Tour
+from facetlog.robot.pose2 import Pose2
 from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import (
@@ -20,6 +26,7 @@ from tests.exploring.explorations import (
     FORBIDDEN,
     OPEN,
     REACH,
+    ROBOT,
     START,
     TARGET,
     Exploration,
@@ -131,6 +138,23 @@ def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_i
     assert said.count("before this view it was no table: more views are to say which") == 2
 
 
+def test_at_every_view_the_choice_from_the_record_is_that_of_the_run(tmp_path: Path) -> None:
+    def judge(views: int) -> ViewVerdict:
+        if views % 2 and views < 6:
+            return replace(all_open(views), excluded=("table", "desk"))
+        return ViewVerdict(views, needs=led(0.95))
+
+    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
+    assert exploration.run().taken == 7
+    _, taken = read_record(tmp_path)
+    live = Explorer(judged(judge), most=24)
+    for views in range(len(taken) + 1):
+        resumed = Explorer(judged(judge), most=24)
+        lines = [each.next_stop(exploration.around, taken[:views]).line for each in (live, resumed)]
+        assert lines[0] == lines[1]
+        assert (live.settled, live.reached) == (resumed.settled, resumed.reached)
+
+
 def test_a_way_that_was_blocked_makes_no_verdict_agree_with_itself(tmp_path: Path) -> None:
     def judge(views: int) -> ViewVerdict:
         excluded = ViewVerdict(views, excluded=("table",))
@@ -217,6 +241,30 @@ def test_without_a_judge_it_ends_and_can_be_resumed(tmp_path: Path) -> None:
     assert len(read_record(tmp_path)[1]) == 3
 
 
+def test_rings_of_a_record_keep_out_of_what_blocked_the_last_run(tmp_path: Path) -> None:
+    about = {"explore": Exploration(tmp_path, Explorer(judged(all_open), most=24)).around.to_json()}
+    blocks = [{"result": "blocked", "closed": [float(x), 1.0, 0.3]} for x in range(3)]
+    found = Around.recorded([about, blocks[0], about, {"result": "taken"}, *blocks[1:]])
+    assert found.reach.closed == (*REACH.closed, Circle(1.0, 1.0, 0.3), Circle(2.0, 1.0, 0.3))
+
+
+def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path) -> None:
+    tour = Tour("explore", (), TARGET)
+    asked = Request("tcp:nobody", tour, tmp_path, None, None, DEFAULT_MOUNT, START)
+    began = rings_round_target(asked, REACH, Pace(), ROBOT.radius)
+    later = replace(asked, start=Pose2(2.9, 0.9, 2.0))
+    lines = [{"explore": began.to_json()}]
+    resumed = rings_round_target(later, REACH, Pace(), ROBOT.radius, lines)
+    assert resumed.first == began.first
+    places = [
+        {tuple(c.pose.centre.round(6).tolist()) for c in each.candidates(4)}
+        for each in (began, resumed)
+    ]
+    assert places[0] == places[1]
+    other = replace(later, tour=Tour("explore", (), TARGET + 0.1))
+    assert rings_round_target(other, REACH, Pace(), ROBOT.radius, lines).first != began.first
+
+
 def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:
     exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24))
     # Whatever ring: all of it is closed.
@@ -233,6 +281,9 @@ def test_the_rings_are_written_and_read_back(tmp_path: Path) -> None:
     for found, wanted in zip(around.candidates(1), exploration.around.candidates(1), strict=True):
         assert found.stop.robot == wanted.stop.robot
         assert found.seconds == wanted.seconds
+    for line in ({"explore": None}, {"tour": "paper"}):
+        with pytest.raises(InputError, match="give a folder that was collected by --explore"):
+            Around.recorded([line])
     for bad in (None, {}, {"target": [1.0]}, [1, 2]):
         with pytest.raises(InputError, match="give a folder that was collected by --explore"):
             Around.from_json(bad)

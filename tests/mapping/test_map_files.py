@@ -16,7 +16,9 @@ from PIL import Image
 from facetlog.mapping.floor_grid import Cell, Seen, floor_grid
 from facetlog.mapping.map_files import write_map
 from facetlog.mapping.map_record import map_schema
+from facetlog.mapping.moved_thing import Moved
 from facetlog.mapping.room_map import RoomMap
+from facetlog.mapping.room_picture import STOOD
 from facetlog.mapping.same_thing import merged
 from facetlog.mapping.sonar_beams import Beam
 from facetlog.robot.pose2 import Pose2
@@ -42,7 +44,9 @@ def room() -> RoomMap:
         beams=(Beam(2.0, -1.5, 1.0, 1.5, echo=False),),
     )
     floor = floor_grid(seen)
-    return RoomMap(("monday", "tuesday"), things, floor, (way, ()), (), ("a note",))
+    (stood,), _ = merged([box_thing(1.6, 1.2, 0.0, visit="monday", pose_sd=0.02)])
+    moved = Moved(stood, things[1])
+    return RoomMap(("monday", "tuesday"), things, floor, (way, ()), (), ("a note",), (moved,))
 
 
 @pytest.fixture
@@ -92,6 +96,14 @@ def test_its_json_is_as_the_published_schema_has_it(room: RoomMap, folder: Path)
     assert [thing["model"] for thing in found["things"]] == ["table", "box", None]
     for thing, mapped in zip(found["things"], room.things, strict=True):
         assert np.array(thing["pose"]["covariance"]) == pytest.approx(mapped.best.cov)
+    (before,) = found["things"][1]["moved_from"]
+    assert (before["visit"], before["pose"]["x"], before["pose"]["y"]) == (
+        "monday",
+        pytest.approx(1.6),
+        pytest.approx(1.2),
+    )
+    assert before["off"] == pytest.approx(math.hypot(0.6, 0.7))
+    assert [thing["moved_from"] for thing in found["things"][::2]] == [[], []]
     rows = found["floor"]["rows"]
     assert (len(rows), len(rows[0])) == room.floor.cells.shape
     free = sum(row.count(".") for row in rows)
@@ -117,6 +129,9 @@ def test_its_picture_shows_the_things_in_their_places(room: RoomMap, folder: Pat
     assert image is not None
     red = (np.abs(image.astype(int) - [40, 40, 190]) < 20).all(axis=2)
     assert red.sum() > 500
+    pale = (np.abs(image.astype(int) - STOOD) < 5).all(axis=2)
+    # Its outline, the arrow to where it stands, and its sign in the legend.
+    assert pale.sum() > 500
     assert 0.2 < image.shape[0] / image.shape[1] < 5
 
 

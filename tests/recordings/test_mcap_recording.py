@@ -15,6 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.kb.explaining.proof import State
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
@@ -241,6 +242,22 @@ def test_what_is_known_at_one_place_of_an_area_stays_while_the_next_is_looked_at
         groups = [{m.ns for m in each.markers if m.action == 0} for _, each in found[_topic(what)]]
         both = {f"place 1 {what}", f"place 2 {what}"}
         assert groups == [{f"place 1 {what}"}, both, both]
+
+
+def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_path: Path) -> None:
+    path = tmp_path / "nameless.mcap"
+    recording = McapRecording(path)
+    _, moment = collected.moments()
+    assert moment.scene is not None
+    assert moment.recognition is not None
+    fails = tuple(v for v in moment.recognition.verdicts if v.state is State.FAILS)
+    recording.add(replace(moment, recognition=replace(moment.recognition, verdicts=fails), place=3))
+    recording.close()
+    ((_, verdicts),) = messages(path)["/facetlog/verdicts"]
+    (said,) = (each for each in verdicts.markers if each.text)
+    assert (said.text, said.ns) == ("no model matches", "place 3 verdicts")
+    place = said.pose.position
+    assert [place.x, place.y, place.z] == pytest.approx(moment.scene.points.mean(axis=0))
 
 
 def _topic(what: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
+from facetlog.kb.explaining.proof import State
 from tests.recordings.collected import Collection, collection
 
 reason = "the extra rerun is not installed: it is too large for everybody who develops"
@@ -78,6 +79,19 @@ def test_each_place_of_an_area_has_entities_of_its_own(
     (*_, said) = found["verdict:TextDocument:text"]
     assert "place 1: t1 is a box" in str(said)
     assert "place 2: t1 is a box" in str(said)
+
+
+def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_path: Path) -> None:
+    path = tmp_path / "nameless.rrd"
+    recording = RerunRecording(str(path), "a thing")
+    _, moment = collected.moments()
+    assert moment.recognition is not None
+    fails = tuple(v for v in moment.recognition.verdicts if v.state is State.FAILS)
+    recording.add(replace(moment, recognition=replace(moment.recognition, verdicts=fails), place=3))
+    recording.close()
+    found = columns(path)
+    assert "no model matches" in str(found["world/place3/verdicts:Points3D:labels"])
+    assert "place 3: no model matches" in str(found["verdict:TextDocument:text"][-1])
 
 
 def test_a_viewer_that_is_not_there_is_said_at_once() -> None:

@@ -15,17 +15,31 @@ from facetlog.commands.robot_words import (
     worded,
     wording_errors,
 )
-from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.errors import DeviceError, DeviceTimeout, EngineError, InputError
 from facetlog.robot.collecting import run
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.plan import Plan
+from facetlog.robot.collecting.record import Record
 from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.run import Collected
-from facetlog.robot.collecting.session import Ended, Listener
+from facetlog.robot.collecting.session import Ended, Listener, Rig, end_recorded
+from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.pioneer.guard import MOTORS_OFF_TEXT
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pose2 import Pose2
+from tests.exploring.explorations import OPTICS, REACH, picture
+from tests.robot.collecting.fakes import FakeCamera, FakeHead, FakeRobot
 from tests.robot.head.simulated import Silence, SimulatedLine
+
+
+def rig_at(place: Pose2) -> Rig:
+    """A robot that stands there, with all that belongs to it."""
+    robot = FakeRobot(place)
+    head = FakeHead(robot)
+    base = MobileBase(robot, place, pace=Pace())
+    return Rig(base, head, FakeCamera(robot, head, picture), OPTICS, REACH, place, 0.0)
+
 
 CLEAR = "; then call clear_stop() to drive on"
 
@@ -112,14 +126,64 @@ def test_collect_says_what_to_do_before_and_on_the_way(
             "heard, and may have gone on); 1 of at most 24 views are there",
         ),
         (
-            Ended(1, 3),
-            "1 of at most 24 views are there: go on with --resume --start X,Y,HEADING_DEG (where "
-            "the robot stands)",
+            Ended(1, 3, why="interrupted"),
+            "interrupted; go on with --resume --start X,Y,HEADING_DEG (where the robot stands); "
+            "1 of at most 24 views are there",
+        ),
+        (
+            Ended(1, 3, InputError("no room: make room, then go on with --resume"), Pose2()),
+            "no room: make room, then go on with --resume --start 0.000,0.000,0.0 (where it was "
+            "last heard, and may have gone on); 1 of at most 24 views are there",
         ),
     ],
 )
 def test_an_early_end_is_one_line(ended: Ended, line: str) -> None:
     assert early_end_line(ended, 1, 24, most="at most ") == line
+
+
+@pytest.mark.parametrize(
+    ("raised", "why", "code"),
+    [
+        (KeyboardInterrupt(), "interrupted", 130),
+        (InputError("view002.png: the disk is full"), "view002.png: the disk is full", 2),
+        (EngineError("the process that judges died"), "the process that judges died", 3),
+        (FAULT, "motors are off: press the MOTORS button, then", 3),
+    ],
+)
+def test_what_is_raised_on_the_way_is_said_once_in_the_last_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    raised: BaseException,
+    why: str,
+    code: int,
+) -> None:
+    def collects(_: Request, listener: Listener) -> Collected:
+        record = Record(tmp_path, OPTICS, {})
+        with end_recorded(rig_at(Pose2(1.5, 0.25)), 3, record, listener):
+            raise raised
+
+    monkeypatch.setattr(run, "run_collection", collects)
+    argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path)]
+    assert main(argv) == code
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"facetlog: {why}")
+    assert line.endswith(
+        "go on with --resume --start 1.500,0.250,0.0 (where it stands by odometry); "
+        "0 of 3 views are there"
+    )
+    assert json.loads((tmp_path / "collect.jsonl").read_text().splitlines()[-1])["fault"]
+
+
+def test_an_interrupt_before_the_robot_answers_is_one_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def waits(*_: object) -> Collected:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "run_collection", waits)
+    assert main(["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path)]) == 130
+    assert capsys.readouterr().err == "facetlog: interrupted\n"
 
 
 def test_who_explored_has_no_number_of_views_that_are_all(

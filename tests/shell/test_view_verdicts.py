@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -81,24 +82,42 @@ if __name__ == "__main__":
     with ViewVerdicts(Path(sys.argv[1])) as verdicts:
         verdicts.ask(3)
         verdicts.last()
-        print(*verdicts._pool._processes, flush=True)
+        verdicts.ask(3)
+        print(verdicts.process, flush=True)
         time.sleep(1000)
 """
 
 
-def test_the_process_that_judges_ends_with_one_that_is_killed(tmp_path: Path) -> None:
+def test_the_process_that_judges_ends_with_one_that_is_killed_without_a_word(
+    tmp_path: Path,
+) -> None:
     script = tmp_path / "judging.py"
     script.write_text(KILLED, encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     arguments = [sys.executable, str(script), str(tmp_path / "nothing")]
-    with subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(arguments, env=environment, stdout=pipe, stderr=pipe) as process:
         assert process.stdout is not None
+        assert process.stderr is not None
         judge = int(process.stdout.readline())
         process.kill()
+        # It is at its end when all processes that may write there are gone.
+        assert process.stderr.read() == b""
     deadline = time.monotonic() + 20.0
     while _runs(judge):
         assert time.monotonic() < deadline, "it goes on"
         time.sleep(0.05)
+
+
+def test_that_the_process_that_judges_was_killed_is_said_once(tmp_path: Path) -> None:
+    with ViewVerdicts(_folder(tmp_path, 3)) as verdicts:
+        os.kill(verdicts.process, signal.SIGKILL)
+        verdicts.ask(3)
+        (answer,) = verdicts.last()
+        assert answer.line == "the process that judges views has died: no more verdicts"
+        verdicts.ask(3)
+        assert verdicts.last() == []
+        assert not verdicts.explored(3, Interest(np.zeros(3), 1.0, np.zeros((3, 3)))).views
 
 
 def _runs(process: int) -> bool:

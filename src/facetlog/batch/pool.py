@@ -17,7 +17,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from typing import Any, Self
 
 from facetlog.batch.memory import needs_more, share_mb, took_all
@@ -28,6 +27,7 @@ from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
 from facetlog.one_thread import ONE_THREAD
+from facetlog.python_process import importing_environment, python_module
 
 __all__ = ["Answer", "Pool", "Task"]
 
@@ -57,8 +57,7 @@ LOOKED_SECONDS = 0.05
 # getrusage(2): kilobytes, but on macOS bytes.
 RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
 
-# -P: nothing is imported from the folder that the user happens to be in.
-WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
+WORKER = python_module("facetlog.batch.worker")
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,8 +167,7 @@ class _Worker:
 
 
 def _environment() -> dict[str, str]:
-    paths = os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
-    return {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": paths}
+    return {**importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
 
 
 class Pool:

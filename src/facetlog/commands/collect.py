@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.collect_area import (
     MAP_FOLDER,
     AreaOption,
     area_explorer,
     checked_area,
     mapped_area,
+    recognised_in,
     refuse_area,
 )
 from facetlog.commands.collect_checks import (
@@ -68,7 +70,7 @@ from facetlog.commands.robot_words import (
 )
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.counted import many
-from facetlog.errors import DeviceError, InputError
+from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, note, warn
 
 if TYPE_CHECKING:
@@ -231,6 +233,8 @@ def collect_command(
     found = None
     if room is not None and len(collected.taken) >= LEAST_VIEWS:
         found = mapped_area(out, room, tuple(models or ()), trusted=trust)
+        if collected.mapped is not None:
+            collected.mapped.draw(out, recognised_in(found))
     _answer(collected, last, found, explored=explorer is not None, as_json=as_json)
     if collected.ended.fault is not None:  # which was said when it came
         return collected.ended.fault.exit_code
@@ -266,6 +270,8 @@ class _ProgressLines:
         self._verdicts = verdicts
         self._most = "at most " if explores else ""
         self._began = time.monotonic()
+        self.has_ended = False
+        """Whether it was said why the collection ended early, and how to go on."""
 
     def view_taken(self, done: int, total: int, view: "Taken") -> None:
         seconds = time.monotonic() - self._began
@@ -289,11 +295,8 @@ class _ProgressLines:
 
     def ended_early(self, ended: "Ended", there: int, total: int) -> None:
         # Before anything is judged or mapped, which takes its time and may be interrupted.
-        line = early_end_line(ended, there, total, most=self._most)
-        if ended.fault is None:
-            warn(line)
-        else:
-            error(line)
+        error(early_end_line(ended, there, total, most=self._most))
+        self.has_ended = True
 
 
 def _report(verdicts: "list[ViewVerdict]") -> None:
@@ -304,13 +307,19 @@ def _report(verdicts: "list[ViewVerdict]") -> None:
 def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":
     from facetlog.robot.collecting.run import run_collection
 
-    with wording_errors(COLLECT_AGAIN):
-        # Who explores says himself what each view brought.
-        explores = request.chooser is not None
-        asked = None if explores else verdicts
-        collected = run_collection(request, _ProgressLines(asked, explores=explores))
+    # Who explores says himself what each view brought.
+    explores = request.chooser is not None
+    lines = _ProgressLines(None if explores else verdicts, explores=explores)
+    try:
+        with wording_errors(COLLECT_AGAIN):
+            collected = run_collection(request, lines)
+    except (FacetlogError, KeyboardInterrupt) as exc:
+        if not lines.has_ended:
+            raise
+        code = exc.exit_code if isinstance(exc, FacetlogError) else INTERRUPTED
+        raise typer.Exit(code) from exc
     ended = collected.ended
-    if not isinstance(ended.fault, DeviceError):
+    if ended.fault is None:
         return collected
     fault = worded(ended.fault, resumed_from(ended))
     return replace(collected, ended=replace(ended, fault=fault))

@@ -13,6 +13,7 @@ from facetlog.terminal import note, showing_progress, warn
 if TYPE_CHECKING:
     from facetlog.exploring.area import AreaExplorer
     from facetlog.mapping.room_map import RoomMap
+    from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.robot.pose2 import Pose2
     from facetlog.view_verdicts import ViewVerdicts
@@ -24,6 +25,7 @@ __all__ = [
     "area_tour",
     "checked_area",
     "mapped_area",
+    "recognised_in",
     "refuse_area",
 ]
 
@@ -103,6 +105,20 @@ def area_explorer(
             raise InputError(f"{folder} was not collected in this --area: {way}")
         explorer.resume(lines, read_visit(folder))
     return explorer
+
+
+def recognised_in(room: "RoomMap") -> "list[Found]":
+    """The things of a map that have a name, as the map of the robot's way shows them."""
+    import numpy as np
+    import shapely
+
+    from facetlog.robot.collecting.map_picture import Found
+
+    found = []
+    for thing in (thing for thing in room.things if thing.model):
+        rim = shapely.get_coordinates(thing.best.plan)
+        found.append(Found(thing.label, (np.insert(rim, 2, 0.0, axis=1),)))
+    return found
 
 
 def mapped_area(folder: Path, area: Area, models: tuple[Path, ...], *, trusted: bool) -> "RoomMap":

@@ -1,6 +1,7 @@
 """`facetlog collect --explore`: what is looked at and asked, and the choice from a record."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -95,19 +96,19 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
 
     Exit code 1 if none does. InputError for another folder.
     """
-    from facetlog.robot.collecting.next_stop import Around, Chosen, Finished, place_sd
+    from facetlog.mapping.place import is_area
+    from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, Finished, place_sd
     from facetlog.robot.collecting.record import LOG_FILE, read_log, read_record
 
     if not (folder / LOG_FILE).is_file():
         raise InputError(f"{folder} holds no collection: --dry-run goes on from one")
-    about = next(
-        (line["explore"] for line in reversed(read_log(folder)) if "explore" in line), None
-    )
-    around = Around.from_json(about)
+    lines = read_log(folder)
+    around = Around.recorded(lines)
     _, taken = read_record(folder)
     if taken:
         newest = max(taken, key=lambda view: view.time)
-        around = replace(around.kept_off(place_sd(newest.covariance)), here=newest.robot)
+        margin = min(place_sd(newest.covariance), MOST_DRIFT if is_area(lines) else math.inf)
+        around = replace(around.kept_off(margin), here=newest.robot)
     found = explorer.next_stop(around, taken)
     if as_json:
         typer.echo(json.dumps(found.line, indent=1))

@@ -7,9 +7,9 @@ be called: the command is run again, with options.
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from facetlog.errors import DeviceError
+from facetlog.errors import DeviceError, FacetlogError
 
 if TYPE_CHECKING:
     from facetlog.robot.collecting.session import Ended
@@ -22,6 +22,8 @@ __all__ = [
     "worded",
     "wording_errors",
 ]
+
+Fault = TypeVar("Fault", bound=FacetlogError)
 
 RESUME = "go on with --resume --start "
 COLLECT_AGAIN = f"{RESUME}X,Y,HEADING_DEG"
@@ -43,7 +45,7 @@ WORDS = (
 )
 
 
-def worded(fault: DeviceError, again: str) -> DeviceError:
+def worded(fault: Fault, again: str) -> Fault:
     """The error in the command line's words; `again` says how to continue the command.
 
     >>> stop = DeviceError("STOP button pressed: pull it out, then call enable_motors()")
@@ -75,7 +77,7 @@ def resumed_from(ended: "Ended") -> str:
 def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") -> str:
     """The one line on a collection that ended early: why, how to go on, and what is there.
 
-    Without a fault, as of an interrupt, somebody else says why. `most` goes before the total.
+    `most` goes before the total.
     """
     again = resumed_from(ended)
     where = (
@@ -86,8 +88,6 @@ def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") ->
     if ended.robot is None:
         where = "where the robot stands"
     views = f"{there} of {most}{total} views are there"
-    if not isinstance(ended.fault, DeviceError):
-        return f"{views}: {again} ({where})"
-    why = str(worded(ended.fault, again))
+    why = ended.why if ended.fault is None else str(worded(ended.fault, again))
     on = "" if again in why else f"; {again}"
     return f"{why}{on} ({where}); {views}"

@@ -63,6 +63,8 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             for line in error_lines(exc):
                 error(line)
             code = exc.exit_code
+        except typer.Exit as exc:  # of what was said when it came
+            code = exc.exit_code
         except RecursionError:
             error("what was given is nested too deeply")
             code = InputError.exit_code

@@ -15,7 +15,7 @@ import numpy as np
 
 from facetlog.exploring.area_end import at, end_of_area
 from facetlog.exploring.area_floor import CLEARANCE, SIDE, Area, AreaFloor, KeptOff
-from facetlog.exploring.area_groups import Group, Rings
+from facetlog.exploring.area_groups import End, Group, Rings, ends_json, ends_of, rings_round
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
@@ -81,25 +81,32 @@ class AreaExplorer:
         self.floor.heard(place, sonars)
 
     def resume(self, lines: Sequence[Mapping[str, object]], visit: Visit) -> None:
-        """Takes up a collection: the choices so far by the lines of its collect.jsonl, which are
-        judged again, and what was heard and driven.
+        """Takes up a collection as it was before its last view was judged: the choices so far by
+        the lines of its collect.jsonl, which are judged again, and what was heard and driven.
+
+        InputError where the lines do not say how the area was explored.
         """
+        around = Around.recorded(lines)
         for pose in visit.way:
             self.floor.moved(pose)
         self.floor.add(visit.driven.beams)
         taken = visit.taken
         there = {view.name for view in taken}
-        ended = {str(k): str(v) for line in lines for k, v in _mapping(line.get("ended")).items()}
+        self._sweeps.resume(line for line in lines if line.get("image") in there)
+        ends = ends_of(lines)
         for place in places_of(lines):
             group = self._add_group(np.array([place.x, place.y]), place.reach)
             group.names = [name for name in place.names if name in there]
-            own = group.taken(taken)
+            own, end = group.taken(taken), ends.get(group.number, End())
+            group.retried = end.retried
+            # As the earlier run did: the last view is looked for where those before it showed it.
+            group.explorer.recall(self._looked_at(group, around), own[:-1])
+            if not end.why:
+                continue
             if len(own) >= FEWEST_VIEWS:
-                target = np.array([*group.target, 0.0])
-                centres = np.array([view.pose.centre for view in own])
-                self._judged(group, Interest(target, group.reach + OVERHANG, centres))
-            if str(group.number) in ended:
-                self._end(group, ended[str(group.number)])
+                group.explorer.weigh(self._looked_at(group, around), own)
+            self._end(group, end.why)
+            group.offered = end.offered
 
     def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
         """The next stop after the views `taken`, or why there is none."""
@@ -108,7 +115,7 @@ class AreaExplorer:
         self._said = []
         self._sort(taken)
         number = 1 + max((view.number for view in taken), default=0)
-        ended: dict[str, str] = {}
+        ended: dict[int, End] = {}
         while True:
             kept = self.kept_off(taken)
             ways = self.floor.ways((here.x, here.y), around.body, kept, around.reach.closed)
@@ -135,10 +142,13 @@ class AreaExplorer:
             found = self._view_of(group, around, ways, taken, number)
             if isinstance(found, Chosen) and not full:
                 return self._noted(found, ended)
-            why = "the views are all taken" if isinstance(found, Chosen) else found.reason
-            self._end(group, why)
+            if isinstance(found, Chosen):
+                # Whoever resumes with more views goes on with it.
+                self._end(group, "the views are all taken")
+                continue
+            self._end(group, found.reason)
             group.offered = len(self._rings(group, around, ways, taken).candidates(number))
-            ended[str(group.number)] = why
+            ended[group.number] = End(found.reason, group.offered)
 
     def _sort(self, taken: Sequence[Taken]) -> None:
         """Takes the view that came to its group."""
@@ -171,6 +181,10 @@ class AreaExplorer:
     def _beside(self, group: Group, around: Around) -> float:
         """How far the robot's middle keeps off what is at a group's place, m."""
         return around.body + (OVERHANG if group.thing is None else CLEARANCE)
+
+    def _looked_at(self, group: Group, around: Around) -> Around:
+        """The rings round a group's thing, or its place while none is known."""
+        return rings_round(group.place, group.thing, around, self._beside(group, around))
 
     def _rings(
         self, group: Group, around: Around, ways: FloorWays, taken: Sequence[Taken]
@@ -210,16 +224,16 @@ class AreaExplorer:
     def _add_group(self, target: FloatArray, reach: float) -> Group:
         number = len(self.groups) + 1
 
-        def judge(_: int, interest: Interest) -> ViewVerdict:
-            return self._judged(self.groups[number - 1], interest)
+        def judge(views: int, interest: Interest) -> ViewVerdict:
+            return self._judged(self.groups[number - 1], views, interest)
 
         explorer = Explorer(judge, most=self._of_a_place, most_by="one place gets")
         group = Group(number, target, reach, explorer)
         self.groups.append(group)
         return group
 
-    def _judged(self, group: Group, interest: Interest) -> ViewVerdict:
-        verdict, part = self._judge(tuple(group.names), interest)
+    def _judged(self, group: Group, views: int, interest: Interest) -> ViewVerdict:
+        verdict, part = self._judge(tuple(group.names[:views]), interest)
         group.thing = thing_at(group.place, part.things)
         return verdict
 
@@ -271,26 +285,20 @@ class AreaExplorer:
             return group
         return None
 
-    def _noted(self, found: Chosen, ended: Mapping[str, str]) -> Chosen:
+    def _noted(self, found: Chosen, ended: Mapping[int, End]) -> Chosen:
         """A choice with what was said before it, and which places came to their end."""
-        line = {**found.line, **({"ended": dict(ended)} if ended else {})}
+        line = {**found.line, **ends_json(ended)}
         return replace(found, line=line, said=(*self._said, *found.said))
 
     def _finished(
-        self, why: str, around: Around, kept: Sequence[KeptOff], ended: Mapping[str, str]
+        self, why: str, around: Around, kept: Sequence[KeptOff], ended: Mapping[int, End]
     ) -> Finished:
         self.reached = not why
         reason = end_of_area(why, self.area, self.floor, self.groups, self.things, around, kept)
-        line: dict[str, object] = {"result": EXPLORED, "reason": reason, "undecided": []}
-        if ended:
-            line["ended"] = dict(ended)
+        line = {"result": EXPLORED, "reason": reason, "undecided": [], **ends_json(ended)}
         return Finished(reason, line, tuple(self._said))
 
 
 def _beside_what_was_asked(group: Group) -> float:
     """How far beside a place that was looked at echoes are those of the place, m."""
     return SIDE if group.thing is None else OVERHANG / 2
-
-
-def _mapping(value: object) -> Mapping[str, object]:
-    return value if isinstance(value, dict) else {}

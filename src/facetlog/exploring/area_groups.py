@@ -1,7 +1,7 @@
 """Places of an area that are looked at, each with views of its own, and what they showed."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate, bearing, turns_along
 from facetlog.robot.collecting.route import route_length
 
-__all__ = ["Group", "Rings", "reach_of"]
+__all__ = ["End", "Group", "Rings", "ends_json", "ends_of", "reach_of", "rings_round"]
 
 # How far off views are taken beyond the outermost point, for the height of the pinhole: the paper's
 # tour sees its block so steeply, and a thing of a metre is whole in the picture.
@@ -104,20 +104,7 @@ class Rings:
         """Those of a place, round the thing if one is known; the robot's middle keeps `beside` (m)
         off what is there. They begin at the bearing of `begin` (2 or more,), else of the robot.
         """
-        mount, here = around.reach.mount, around.here
-        if thing is None:
-            target, out = np.array([place.x, place.y, AIMED_AT * mount.z]), place.reach
-        else:
-            target, out = np.array([*thing.pose[:2], thing.high.value / 2]), reach_of(thing)
-        off = max(beside + ROOM + reach_of_mount(mount), AWAY_PER_HEIGHT * mount.z)
-        rings = replace(
-            around,
-            target=target,
-            radius=out + off,
-            first=bearing(target, (here.x, here.y) if begin is None else begin),
-            reach=replace(around.reach, closed=()),
-        )
-        return cls(rings, ways)
+        return cls(rings_round(place, thing, around, beside, begin), ways)
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
         """Those that can be reached, as view `number`: by a way no longer than half round the inner
@@ -136,6 +123,70 @@ class Rings:
             seconds = each.seconds + longer
             found.append(replace(each, stop=stop, way=way, turns=turns, seconds=seconds))
         return tuple(found)
+
+
+def rings_round(
+    place: Place,
+    thing: PlacedThing | None,
+    around: Around,
+    beside: float,
+    begin: FloatArray | None = None,
+) -> Around:
+    """The rings of `Rings.of`, whatever can be reached."""
+    mount, here = around.reach.mount, around.here
+    if thing is None:
+        target, out = np.array([place.x, place.y, AIMED_AT * mount.z]), place.reach
+    else:
+        target, out = np.array([*thing.pose[:2], thing.high.value / 2]), reach_of(thing)
+    off = max(beside + ROOM + reach_of_mount(mount), AWAY_PER_HEIGHT * mount.z)
+    return replace(
+        around,
+        target=target,
+        radius=out + off,
+        first=bearing(target, (here.x, here.y) if begin is None else begin),
+        reach=replace(around.reach, closed=()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Why a place gets no more views, empty while it does, and how many were `offered` then.
+
+    `retried` is one that got more after it had ended.
+    """
+
+    why: str = ""
+    offered: int = 0
+    retried: bool = False
+
+
+def ends_json(ends: Mapping[int, End]) -> Mapping[str, object]:
+    """The places that ended, as part of a line of collect.jsonl."""
+    if not ends:
+        return {}
+    return {
+        "ended": {str(number): end.why for number, end in ends.items()},
+        "offered": {str(number): end.offered for number, end in ends.items()},
+    }
+
+
+def ends_of(lines: Iterable[Mapping[str, object]]) -> Mapping[int, End]:
+    """How it ended, by the number of the place, as the lines of collect.jsonl say in their order;
+    older ones do not say what was offered.
+    """
+    ends: dict[int, End] = {}
+    for line in lines:
+        match line:
+            case {"ended": dict() as ended}:
+                offers = line.get("offered")
+                for key, why in ended.items():
+                    offered = offers.get(key) if isinstance(offers, dict) else None
+                    number, there = int(key), offered if isinstance(offered, int) else 0
+                    ends[number] = End(str(why), there, retried=number in ends)
+        match line:
+            case {"looks_at": int() as number} if number in ends:
+                ends[number] = End(retried=True)
+    return ends
 
 
 def reach_of(thing: PlacedThing) -> float:

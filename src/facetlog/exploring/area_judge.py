@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.pipeline import Recognised
 
-__all__ = ["PlaceSeen", "place_seen", "place_verdict"]
+__all__ = ["PlaceSeen", "PlaceVerdict", "place_seen", "place_verdict"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,17 +41,30 @@ def place_seen(folder: Path, names: tuple[str, ...], base: "KnowledgeBase") -> P
     return PlaceSeen(found, part_of(found, look, views.name))
 
 
-def place_verdict(
-    folder: Path, names: tuple[str, ...], interest: Interest, base: "KnowledgeBase"
-) -> tuple[ViewVerdict, PlaceSeen | None]:
-    """The verdict on the views with these names, with what is undecided, and what they show; None
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaceVerdict:
+    """The verdict on views of one place, with what is undecided, and what they have `seen`; None
     where they make no scene: then the verdict says why.
     """
+
+    verdict: ViewVerdict
+    seen: PlaceSeen | None = None
+
+    @property
+    def part(self) -> ScenePart:
+        """What they give to a map."""
+        return ScenePart() if self.seen is None else self.seen.part
+
+
+def place_verdict(
+    folder: Path, names: tuple[str, ...], interest: Interest, base: "KnowledgeBase"
+) -> PlaceVerdict:
+    """The verdict on the views with these names of a collection's folder."""
     try:
         seen = place_seen(folder, names, base)
         recognition = seen.found.recognition
         needs = needs_of(seen.found.scene, recognition, interest)
     except FacetlogError as exc:
-        return ViewVerdict(len(names), fault=str(exc)), None
+        return PlaceVerdict(ViewVerdict(len(names), fault=str(exc)))
     verdict = verdict_of(recognition, len(names), degrees=True)
-    return replace(verdict, needs=needs), seen
+    return PlaceVerdict(replace(verdict, needs=needs), seen)

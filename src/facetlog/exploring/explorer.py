@@ -32,8 +32,8 @@ Judge: TypeAlias = Callable[[int, Interest], ViewVerdict]
 """The verdict on the first so many views, with what is undecided of what is of interest."""
 
 
-class Vantages(Protocol):
-    """A target (3,), the radius (m) within which a thing is it, and the views that can be taken."""
+class Target(Protocol):
+    """A target (3,), and the radius (m) within which a thing is it."""
 
     @property
     def target(self) -> FloatArray:
@@ -42,6 +42,10 @@ class Vantages(Protocol):
     @property
     def radius(self) -> float:
         """How far from the target a thing may be that is it."""
+
+
+class Vantages(Target, Protocol):
+    """A target, and the views of it that can be taken."""
 
     @property
     def reach(self) -> Reach:
@@ -90,28 +94,12 @@ class Explorer:
         places = [view.pose.centre for view in taken]
         if len(taken) < FEWEST_VIEWS:
             return self._begin(around.candidates(number), around.target, places)
-        interest = Interest(around.target, around.radius, np.array(places))
-        before, self._judged = self._judged, None
+        if self._judged is None:
+            self.recall(around, taken[:-1])
         # The same number again: the way to the view that was chosen was blocked.
-        again = before is not None and before[0] == len(taken)
-        verdict = before[1] if before and again else self._judge(len(taken), interest)
-        if not again:
-            self._excluded = () if before is None else before[1].excluded
-        self._judged = len(taken), verdict
-        if verdict.fault and not verdict.views:
-            raise EngineError(verdict.fault)
-        # Where nothing is known yet, or views contradict one another, others may settle it.
-        needs = verdict.needs or Needs.of_nothing(around.target)
-        self.reached = self._is_reached(needs)
-        needs = self._asked(needs)
-        doubt: tuple[str, ...] = ()
-        if needs.lead is not None and (name := needs.lead.model) in self._excluded:
-            needs = needs.contradicted()
-            doubt = (f"before this view it was no {name}: more views are to say which",)
-        said = f"of {verdict.views} views: {verdict.line}", *doubt, *self._brought(needs)
+        again = self._judged is not None and self._judged[0] == len(taken)
+        needs, said = self.weigh(around, taken)
         said = () if again else said
-        self._before = needs
-        self.settled = self._is_settled(needs)
         if self.settled:
             return self._finished(f"{self._holds(needs)}{_rivals(needs)}", said)
         if len(taken) >= self._most:
@@ -137,6 +125,45 @@ class Explorer:
             "candidates": _among(choice),
         }
         return Chosen(choice.candidate.stop, line, (*said, *_words(choice)))
+
+    def recall(self, around: Target, taken: Sequence[Taken]) -> None:
+        """Takes up views that an earlier run judged: what they excluded, the next one may not
+        settle alone. EngineError where nobody judges.
+        """
+        if len(taken) >= FEWEST_VIEWS:
+            self._judged = len(taken), self._verdict(around, taken)
+
+    def weigh(self, around: Target, taken: Sequence[Taken]) -> tuple[Needs, tuple[str, ...]]:
+        """What is undecided after the views `taken`, three or more, and what is said of it.
+
+        EngineError where nobody judges.
+        """
+        before, self._judged = self._judged, None
+        if before is not None and before[0] == len(taken):
+            verdict = before[1]
+        else:
+            verdict = self._verdict(around, taken)
+            self._excluded = () if before is None else before[1].excluded
+        self._judged = len(taken), verdict
+        # Where nothing is known yet, or views contradict one another, others may settle it.
+        needs = verdict.needs or Needs.of_nothing(around.target)
+        self.reached = self._is_reached(needs)
+        needs = self._asked(needs)
+        doubt: tuple[str, ...] = ()
+        if needs.lead is not None and (name := needs.lead.model) in self._excluded:
+            needs = needs.contradicted()
+            doubt = (f"before this view it was no {name}: more views are to say which",)
+        said = f"of {verdict.views} views: {verdict.line}", *doubt, *self._brought(needs)
+        self._before = needs
+        self.settled = self._is_settled(needs)
+        return needs, said
+
+    def _verdict(self, around: Target, taken: Sequence[Taken]) -> ViewVerdict:
+        places = np.array([view.pose.centre for view in taken])
+        verdict = self._judge(len(taken), Interest(around.target, around.radius, places))
+        if verdict.fault and not verdict.views:
+            raise EngineError(verdict.fault)
+        return verdict
 
     def _begin(
         self, candidates: Sequence[Candidate], target: FloatArray, places: Sequence[FloatArray]

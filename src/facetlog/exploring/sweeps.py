@@ -1,7 +1,7 @@
 """Views on the way through an area that show unseen floor, and what echoed from afar alone."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from facetlog.exploring.area_floor import LEAST_FLOOR, SIDE, AreaFloor, KeptOff
 from facetlog.exploring.floor_ways import FloorWays
@@ -24,14 +24,27 @@ class Sweeps:
 
     def __init__(self, floor: AreaFloor) -> None:
         self._floor = floor
-        self._swept: Point | None = None
+        self._swept: list[Point] = []
         self._quarters = 0
+
+    def resume(self, lines: Iterable[Mapping[str, object]]) -> None:
+        """Takes up the choices of an earlier run, of views that were taken."""
+        for line in lines:
+            match line:
+                case {"looks_at": 0, "way": 0.0, "after": after}:
+                    # The very first view is taken on the spot too, and is no turn.
+                    self._quarters += after != 0
+                case {"looks_at": 0, "robot": [float() | int() as x, float() | int() as y, *_]}:
+                    self._swept.append((float(x), float(y)))
+                    self._quarters = 0
+                case {"looks_at": _}:
+                    self._quarters = 0
 
     def came(self, *, on_the_way: bool) -> None:
         """A view was taken, of a place or on the way: after another than a turn on the spot the
         robot may turn once round again.
         """
-        if not on_the_way or self._swept is not None:
+        if not on_the_way or self._swept:
             self._quarters = 0
 
     def next_view(
@@ -42,9 +55,9 @@ class Sweeps:
         """
         here, floor = around.here, self._floor
         stopped = floor.echoed(around.body) | floor.beside(kept)
-        if self._swept is not None:
-            floor.given_up |= shown_from(self._swept, stopped, floor.lattice, SWEEP)
-            self._swept = None
+        for place in self._swept:
+            floor.given_up |= shown_from(place, stopped, floor.lattice, SWEEP)
+        self._swept.clear()
         worth = floor.worth(around.body, kept)
         sweep = best_sweep(
             worth,
@@ -67,6 +80,6 @@ class Sweeps:
             return view_on_the_way(turned, spot, number, around.reach, why)
         route = ways.route_to(sweep.place)
         assert route is not None  # noqa: S101 - the place is one of those that can be reached
-        self._swept = sweep.place
+        self._swept.append(sweep.place)
         why = f"unseen floor and echoes from afar, worth {sweep.floor:.1f} m², show from there"
         return view_on_the_way(arriving(route, here), route, number, around.reach, why)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
@@ -11,6 +12,7 @@ from facetlog.mapping.placed_thing import Length, PlacedThing
 from facetlog.mapping.same_thing import MappedThing
 
 if TYPE_CHECKING:
+    from facetlog.mapping.moved_thing import Moved
     from facetlog.mapping.room_map import RoomMap
 
 __all__ = ["SIGNS", "MapRecord", "map_json", "map_schema"]
@@ -78,8 +80,22 @@ class SightingRecord(_Record):
     standard_deviations: NotNegative
 
 
+class EarlierRecord(_Record):
+    """Where a thing stood before it was moved, and in which visit that was seen. `off` is how far
+    from there it stood next, metres.
+    """
+
+    visit: str
+    pose: PoseRecord
+    off: NotNegative
+
+
 class ThingRecord(_Record):
-    """A thing: where, how large, what; `outline` is the convex hull of its plan."""
+    """A thing: where, how large, what; `outline` is the convex hull of its plan.
+
+    Of one that was moved the pose is that of where it was seen last, and `moved_from` has its
+    places before in their order; its sightings are of all of them.
+    """
 
     name: str
     model: str | None
@@ -88,6 +104,7 @@ class ThingRecord(_Record):
     size: SizeRecord
     outline: tuple[Point, ...]
     sightings: tuple[SightingRecord, ...]
+    moved_from: tuple[EarlierRecord, ...]
 
 
 class FloorRecord(_Record):
@@ -123,7 +140,7 @@ def map_json(room: "RoomMap") -> str:
         schema="facetlog-map/1",
         visits=room.visits,
         views=len(room.taken),
-        things=tuple(map(_thing, room.things)),
+        things=tuple(_thing(thing, room.moved) for thing in room.things),
         floor=_floor(room.floor),
         notes=room.notes,
     )
@@ -136,26 +153,36 @@ def map_schema() -> str:
     return json.dumps(schema, indent=2) + "\n"
 
 
-def _thing(thing: MappedThing) -> ThingRecord:
+def _thing(thing: MappedThing, moved: "Iterable[Moved]") -> ThingRecord:
     from facetlog.mapping.same_thing import distance
 
     best = thing.best
-    x, y, heading = best.pose.tolist()
     length, width, height = map(_length, best.lengths)
     return ThingRecord(
         name=thing.name,
         model=thing.model or None,
         verdicts=tuple(SaidRecord(model=s.model, sure=s.sure, summary=s.line) for s in best.said),
-        pose=PoseRecord(
-            x=x,
-            y=y,
-            heading=math.remainder(heading, math.tau),
-            covariance=best.cov.tolist(),
-            turns_alike=best.box.turns_alike,
-        ),
+        pose=_pose(best),
         size=SizeRecord(length=length, width=width, height=height),
         outline=tuple(map(tuple, best.outline.tolist())),
         sightings=tuple(_sighting(seen, distance(best, seen)) for seen in thing.seen),
+        moved_from=tuple(map(_earlier, (m for m in moved if m.now.name == thing.name))),
+    )
+
+
+def _earlier(moved: "Moved") -> EarlierRecord:
+    before = moved.before.best
+    return EarlierRecord(visit=before.source[0], pose=_pose(before), off=moved.off)
+
+
+def _pose(placed: PlacedThing) -> PoseRecord:
+    x, y, heading = placed.pose.tolist()
+    return PoseRecord(
+        x=x,
+        y=y,
+        heading=math.remainder(heading, math.tau),
+        covariance=placed.cov.tolist(),
+        turns_alike=placed.box.turns_alike,
     )
 
 

@@ -55,7 +55,8 @@ def without_moved(
 ) -> tuple[tuple[MappedThing, ...], tuple[Moved, ...]]:
     """The things of a map where they stand now, and which of them stood elsewhere before.
 
-    One that was moved has the sightings of where it stood, too. It has the same name and size at
+    One that was moved has the sightings of where it stood, too; one that was moved often stood at
+    its places in the order in which they are returned. It has the same name and size at
     both places, was seen at the second only after it was last seen at the first, and at the first
     the floor is free since.
     """
@@ -73,7 +74,7 @@ def without_moved(
     left = [k for k in range(len(things)) if k not in to]
     found = {k: replace(things[k], name=f"m{n}") for n, k in enumerate(left, start=1)}
     moved = []
-    for a, b in to.items():
+    for a, b in sorted(to.items(), key=lambda pair: _begin(things[pair[0]])):
         last = b
         while last in to:
             last = to[last]

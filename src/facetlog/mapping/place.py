@@ -33,8 +33,7 @@ class Place:
 
     def to_json(self) -> Mapping[str, object]:
         """As part of a line of collect.jsonl."""
-        target = [round(each, 4) for each in (self.x, self.y, self.reach)]
-        return {LOOKS_AT: self.number, "target": target}
+        return {LOOKS_AT: self.number, "target": [self.x, self.y, self.reach]}
 
 
 def places_of(lines: Iterable[Mapping[str, object]]) -> tuple[Place, ...]:

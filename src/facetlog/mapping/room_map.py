@@ -29,11 +29,12 @@ __all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_pa
 @dataclass(frozen=True, eq=False, slots=True)
 class ScenePart:
     """What one scene gives to a map: its things in the world, the ground that it shows, and when
-    the views of each lattice were taken, where that is known (seconds since 1970).
+    the views of each lattice were taken, where that is known (seconds since 1970). Views that make
+    no scene give nothing: `ScenePart()`.
     """
 
-    things: tuple[PlacedThing, ...]
-    lattices: tuple[SeenLattice, ...]
+    things: tuple[PlacedThing, ...] = ()
+    lattices: tuple[SeenLattice, ...] = ()
     times: tuple[tuple[float, ...], ...] = ()
 
 
@@ -41,6 +42,7 @@ class ScenePart:
 class RoomMap:
     """Things and floor of a room in the world of the visits; metres, radians, z up.
 
+    `moved` are those of the things that stood elsewhere before, with the names that they have now.
     `notes` say what was left out, and what visits say otherwise.
     """
 
@@ -50,6 +52,7 @@ class RoomMap:
     ways: tuple[tuple[Pose2, ...], ...]
     taken: tuple[Taken, ...]
     notes: tuple[str, ...] = ()
+    moved: tuple[Moved, ...] = ()
 
 
 def map_of(
@@ -122,6 +125,7 @@ def mapped_room(
         tuple(visit.way for visit in visits),
         tuple(view for visit in visits for view in visit.taken),
         (*notes, *map(_clash_line, clashes), *map(_moved_line, moved)),
+        moved,
     )
 
 

@@ -1,8 +1,8 @@
 """The map of a room as a picture.
 
 Drawn: what is known of the floor, each thing's outline with the heading of its longer side, the
-ellipse of two standard deviations of its place, its number and what it is, the robot's ways, where
-it took views, and a scale.
+ellipse of two standard deviations of its place, its number and what it is, an arrow from where it
+stood to where it stands if it was moved, the robot's ways, where it took views, and a scale.
 """
 
 import math
@@ -18,6 +18,7 @@ from facetlog.mapping.same_thing import MappedThing
 from facetlog.robot.collecting.map_labels import Box, placed
 
 if TYPE_CHECKING:
+    from facetlog.mapping.moved_thing import Moved
     from facetlog.mapping.room_map import RoomMap
 
 __all__ = ["map_png"]
@@ -38,8 +39,10 @@ FLOOR: dict[Cell, Colour] = {
     Cell.OCCUPIED: (150, 150, 165),
 }
 KNOWN, UNNAMED, ELLIPSE = (40, 40, 190), (90, 90, 90), (200, 60, 160)
+# Where a thing stood is paler than where it stands.
+STOOD = (150, 150, 235)
 WAYS: tuple[Colour, ...] = ((190, 120, 20), (20, 130, 200), (60, 150, 60), (170, 60, 140))
-VIEW_PX, WORD, SMALL = 3, 0.5, 0.42
+VIEW_PX, ARROW_PX, WORD, SMALL = 3, 12, 0.5, 0.42
 FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 SAID = {
     Cell.FREE: "free floor",
@@ -92,6 +95,8 @@ def map_png(room: "RoomMap") -> bytes:
             cv2.polylines(sheet.image, [path], False, WAYS[k % len(WAYS)], 2, SMOOTH)
     for view in room.taken:
         cv2.circle(sheet.image, sheet.at(view.robot.x, view.robot.y), VIEW_PX, INK, -1, SMOOTH)
+    for moved in room.moved:
+        _moved(sheet, moved)
     for thing in room.things:
         _thing(sheet, thing)
     _words(sheet, room)
@@ -119,6 +124,8 @@ def _entries(room: "RoomMap") -> list[tuple[str, Colour]]:
         found.append(("recognised", KNOWN))
     if not all(things):
         found.append(("no model matches", UNNAMED))
+    if room.moved:
+        found.append(("moved from here", STOOD))
     if things:
         found.append((f"{ELLIPSE_SDS:.0f} sd of the place", ELLIPSE))
     several = len(room.visits) > 1
@@ -176,16 +183,30 @@ def _thing(sheet: _Sheet, thing: MappedThing) -> None:
     cv2.ellipse(sheet.image, sheet.at(x, y), size, angle, 0, 360, ELLIPSE, 1, SMOOTH)
 
 
+def _moved(sheet: _Sheet, moved: "Moved") -> None:
+    before, now = moved.before.best, moved.now.best
+    ring = shapely.get_coordinates(before.plan)
+    cv2.polylines(sheet.image, [sheet.pixels(ring)], False, STOOD, 2, SMOOTH)
+    # From rim to rim, where they are apart: names and ellipses are in the middles.
+    middles = shapely.LineString([before.pose[:2], now.pose[:2]])
+    between = middles.difference(before.plan.union(now.plan))
+    if not isinstance(between, shapely.LineString) or between.is_empty:
+        between = middles
+    ends = [sheet.at(x, y) for x, y in between.coords]
+    long = max(math.dist(ends[0], ends[-1]), 1.0)
+    cv2.arrowedLine(sheet.image, ends[0], ends[-1], STOOD, 2, SMOOTH, tipLength=ARROW_PX / long)
+
+
 def _words(sheet: _Sheet, room: "RoomMap") -> None:
     """What each thing is, beside it, clear of one another and of things and views."""
-    anchors, texts, drawn = [], [], []
+    anchors: list[tuple[float, float]] = []
+    texts: list[str] = []
+    drawn: list[Box] = []
+    drawn += [_box(sheet, moved.before) for moved in room.moved]
     for thing in room.things:
-        pixels = sheet.pixels(thing.best.outline).reshape(-1, 2)
-        low, high = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
-        drawn.append(Box(low[0], low[1], high[0] - low[0], high[1] - low[1]))
-        anchors.append(((low[0] + high[0]) / 2, float(low[1])))
-        sure = f" {thing.best.said[0].sure:.0%}" if thing.best.said else ""
-        texts.append(f"{thing.name} {thing.model}{sure}".strip())
+        drawn.append(box := _box(sheet, thing))
+        anchors.append((box.left + box.width / 2, box.top))
+        texts.append(thing.label)
     for view in room.taken:
         u, v = sheet.at(view.robot.x, view.robot.y)
         drawn.append(Box(u - VIEW_PX, v - VIEW_PX, 2 * VIEW_PX, 2 * VIEW_PX))
@@ -201,6 +222,13 @@ def _words(sheet: _Sheet, room: "RoomMap") -> None:
         if math.dist(near, anchor) > 2 * box.height:
             cv2.line(sheet.image, (round(anchor[0]), round(anchor[1])), near, UNNAMED, 1, SMOOTH)
         sheet.word(text, (round(box.left), round(box.top + box.height)), WORD)
+
+
+def _box(sheet: _Sheet, thing: MappedThing) -> Box:
+    """Round the outline of a thing, pixels."""
+    pixels = sheet.pixels(thing.best.outline).reshape(-1, 2)
+    (left, top), (right, bottom) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+    return Box(left, top, right - left, bottom - top)
 
 
 def _size(text: str, size: float) -> tuple[int, int]:

@@ -52,6 +52,12 @@ class MappedThing:
         """The name that fits best; empty where no model holds."""
         return self.best.said[0].model if self.best.said else ""
 
+    @property
+    def label(self) -> str:
+        """What is written beside it: its name in the map, what it is and how sure that is."""
+        first = self.best.said[:1]
+        return " ".join((self.name, *(f"{said.model} {said.sure:.0%}" for said in first)))
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Clash:

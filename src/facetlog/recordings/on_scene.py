@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Face, Scene
 
-__all__ = ["face_loops", "outlined", "verdict_places"]
+__all__ = ["NO_MODEL", "face_loops", "outlined", "verdict_places"]
+
+NO_MODEL = "no model matches"
+"""What is said where no model holds."""
 
 
 def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
@@ -37,7 +40,27 @@ def outlined(
     return tuple(found)
 
 
-def verdict_places(scene: "Scene", recognition: "Recognition") -> Iterator[tuple[str, FloatArray]]:
-    """What holds, in a line each, and the middle (3,) of its faces' corners."""
-    for said, loops in outlined(scene, recognition):
-        yield said, np.concatenate(loops).mean(axis=0)
+def verdict_places(
+    scene: "Scene", recognition: "Recognition"
+) -> tuple[tuple[str, FloatArray], ...]:
+    """What holds, in a line each, and the middle (3,) of its faces' corners.
+
+    Where nothing does it says so, at the middle of the corners of what was asked about; nothing of
+    a scene without corners.
+    """
+    found = outlined(scene, recognition)
+    if found:
+        return tuple((said, np.concatenate(loops).mean(axis=0)) for said, loops in found)
+    corners = _asked_about(scene, recognition)
+    return ((NO_MODEL, corners.mean(axis=0)),) if len(corners) else ()
+
+
+def _asked_about(scene: "Scene", recognition: "Recognition") -> FloatArray:
+    """The corners (n, 3) of the things of the verdicts; of the whole scene if there is none."""
+    from facetlog.perception.facts.scene_memo import SceneMemo
+
+    memo = SceneMemo.of(scene)
+    asked = {verdict.thing for verdict in recognition.verdicts}
+    own = [k for k, name in enumerate(memo.thing_names) if str(name) in asked]
+    corners = [k for thing in own for k in memo.members[thing]]
+    return scene.points[corners] if corners else scene.points

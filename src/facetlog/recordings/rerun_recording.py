@@ -17,7 +17,7 @@ from facetlog.errors import InputError
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
-from facetlog.recordings.on_scene import face_loops, verdict_places
+from facetlog.recordings.on_scene import NO_MODEL, face_loops, verdict_places
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
@@ -154,14 +154,14 @@ class RerunRecording:
         found, scene = moment.recognition, moment.scene
         if found is None or scene is None:
             return
-        said = list(verdict_places(scene, found))
+        said = verdict_places(scene, found)
         self._stream.log(
             _entity("world", moment.place, "verdicts"),
             rr.Points3D(
                 [middle for _, middle in said], labels=[text for text, _ in said], colors=[INK]
             ),
         )
-        self._said[moment.place] = [text for text, _ in said] or ["no model matches"]
+        self._said[moment.place] = [text for text, _ in said] or [NO_MODEL]
         lines = [
             f"place {place}: {text}" if place else text
             for place, texts in sorted(self._said.items())

@@ -233,9 +233,8 @@ def test_a_blurred_picture_is_taken_again(tmp_path: Path) -> None:
         frame = shot(after, timeout)
         if len(scene.camera.shots) == 5:
             blurred.append(len(scene.camera.shots))
-            smooth = np.full_like(frame.image, 120)
-            smooth[:, ::2] = 121
-            return Frame(smooth, frame.arrived)
+            smooth = cv2.blur(frame.image, (9, 1))
+            return Frame(np.asarray(smooth, np.uint8), frame.arrived)
         return frame
 
     scene.camera.shot = sometimes  # type: ignore[method-assign]
@@ -303,8 +302,8 @@ def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
     true = scene.robot.true
     assert end["robot"] == pytest.approx([true.x, true.y, math.degrees(true.heading)])
     assert scene.heard.warnings[-1:] == [
-        f"1 of 2 views are there: go on with --resume --start {true.x:.3f},{true.y:.3f},"
-        f"{math.degrees(true.heading):.1f} (where it stands by odometry)"
+        f"interrupted; go on with --resume --start {true.x:.3f},{true.y:.3f},"
+        f"{math.degrees(true.heading):.1f} (where it stands by odometry); 1 of 2 views are there"
     ]
 
 
@@ -326,7 +325,10 @@ def test_a_full_disk_that_takes_no_line_more_is_reported_all_the_same(
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(InputError, match="No space left on device: make room"):
         _collected(scene, 2)
-    assert scene.heard.warnings[-1].startswith("1 of 2 views are there: go on with --resume")
+    said = scene.heard.warnings[-1]
+    assert "make room, then go on with --resume --start " in said
+    assert said.count("--resume") == 1
+    assert said.endswith("; 1 of 2 views are there")
 
 
 def test_a_picture_that_finds_no_room_leaves_the_end_in_the_log(

@@ -1,0 +1,167 @@
+"""The process that judges a collection while it grows, and writes its recordings.
+
+Started by view_verdicts.py with the number of a socket, over which questions come one at a time.
+Each gets one answer: what was asked for, or the FacetlogError that is why not.
+"""
+
+import os
+import select
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING
+
+from facetlog.errors import FacetlogError
+from facetlog.folder_judge import FolderJudge
+from facetlog.judge_questions import (
+    EndRecordings,
+    Explore,
+    ExplorePlace,
+    Judge,
+    Opening,
+    Question,
+)
+from facetlog.mapping.room_map import ScenePart
+from facetlog.pipeline import open_models
+from facetlog.recordings.area_recording import AreaRecording
+from facetlog.recordings.on_scene import outlined
+from facetlog.recordings.recorders import Recorders
+from facetlog.view_verdicts import ViewVerdict, verdict_of
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+
+__all__ = ["main"]
+
+
+class _Judging:
+    """Who judges, and what records; both are opened once for all questions."""
+
+    def __init__(self, opening: Opening) -> None:
+        self._faults: list[str] = []
+        """Why there is no recording, until that is said."""
+        self._recorders = Recorders()
+        try:
+            self._recorders = opening.recordings.open(opening.folder.resolve().name)
+        except FacetlogError as exc:
+            self._faults.append(str(exc))
+        base = open_models(opening.models, trusted=opening.trusted)
+        recorder = self._recorders if self._recorders.each else None
+        self._judge = FolderJudge(opening.folder, base, recorder)
+        self._area = None if recorder is None else AreaRecording(opening.folder, base, recorder)
+
+    def answer(self, question: Question) -> object:
+        """See the question; FacetlogError where recordings cannot be ended."""
+        match question:
+            case Judge():
+                return self._verdict(question)
+            case Explore():
+                return self._explored(question)
+            case ExplorePlace():
+                return self._place(question)
+            case EndRecordings():
+                self._end_recordings()
+                return None
+
+    def _verdict(self, asked: Judge) -> ViewVerdict:
+        judge, views = self._judge, asked.views
+        try:
+            whole = judge.at_once(views) if asked.finally_ else None
+            recognition = judge.so_far(views) if whole is None else whole.recognition
+        except FacetlogError as exc:
+            return ViewVerdict(views, fault=str(exc))
+        if recognition is None:
+            fault = "too little was seen to say what is there"
+            return ViewVerdict(views, fault=fault, problems=self._problems())
+        shown = _graded(recognition) if asked.degrees else recognition
+        outlines = () if whole is None else outlined(whole.scene, shown)
+        found = verdict_of(recognition, views, self._problems(), degrees=asked.degrees)
+        return replace(found, outlines=outlines)
+
+    def _explored(self, asked: Explore) -> ViewVerdict:
+        """Of all views at once: of so few that takes no longer than one at a time, and poses that
+        were counted up are corrected.
+        """
+        from facetlog.exploring.needs import needs_of
+
+        try:
+            if self._recorders.each:
+                self._judge.so_far(asked.views)  # recordings are of the recursion
+            whole = self._judge.at_once(asked.views)
+            needs = needs_of(whole.scene, whole.recognition, asked.interest)
+        except FacetlogError as exc:
+            return ViewVerdict(asked.views, fault=str(exc))
+        found = verdict_of(whole.recognition, asked.views, self._problems(), degrees=True)
+        return replace(found, needs=needs)
+
+    def _place(self, asked: ExplorePlace) -> tuple[ViewVerdict, ScenePart]:
+        from facetlog.exploring.area_judge import place_verdict
+
+        judge = self._judge
+        found = place_verdict(judge.folder, asked.names, asked.interest, judge.base)
+        if self._area is not None:
+            try:
+                self._area.add(asked.names, found.seen)
+            except FacetlogError as exc:
+                # The robot goes on without a recording; its end says so once more.
+                self._faults.append(str(exc))
+                self._area = None
+        return replace(found.verdict, problems=self._problems()), found.part
+
+    def _end_recordings(self) -> None:
+        from facetlog.mapping.place import is_area
+        from facetlog.robot.collecting.record import read_log
+
+        with suppress(FacetlogError):  # as of a folder in which there is no view yet
+            if not is_area(read_log(self._judge.folder)):
+                self._judge.so_far(sys.maxsize)
+            elif self._area is not None:
+                self._area.rest()
+        self._recorders.close()
+
+    def _problems(self) -> tuple[str, ...]:
+        """What is to be said besides the verdict, once."""
+        faults, self._faults = tuple(self._faults), []
+        return (*faults, *self._judge.problems())
+
+
+def _graded(recognition: "Recognition") -> "Recognition":
+    """The same with degrees in place of confidences."""
+    verdicts = tuple(replace(each, confidence=None) for each in recognition.verdicts)
+    return replace(recognition, verdicts=verdicts)
+
+
+def _questions(line: Connection) -> Iterator[Question]:
+    with suppress(EOFError, OSError):
+        while True:
+            yield line.recv()
+
+
+def _end_with(descriptor: int) -> None:
+    """Ends this process with the one that asks, also in the middle of an answer: nobody is left to
+    wait for it.
+    """
+    other = select.poll()
+    other.register(descriptor, 0)  # that it hangs up is reported unasked
+    other.poll()
+    os._exit(0)
+
+
+def main(descriptor: int) -> None:
+    """Answers until the other side goes away."""
+    line = Connection(descriptor)
+    threading.Thread(target=_end_with, args=(descriptor,), daemon=True).start()
+    judging = _Judging(line.recv())
+    for question in _questions(line):
+        try:
+            answer = judging.answer(question)
+        except FacetlogError as exc:
+            answer = exc
+        line.send(answer)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
