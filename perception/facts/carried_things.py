@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from facetlog.perception.facts.board_sides import one_board
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices
@@ -62,7 +63,8 @@ def carried_together(
             ):
                 found = (gap.distance.value, other)
                 nearest[one] = min(found, nearest.get(one, found))
-    groups = components(len(things), ((one, other) for one, (_, other) in nearest.items()))
+    carried = ((one, other) for one, (_, other) in nearest.items())
+    groups = components(len(things), (*carried, *one_board(table, things)))
     together: dict[int, list[Thing]] = {}
     for group, thing in zip(groups, things, strict=True):
         together.setdefault(group, []).append(thing)
