@@ -45,7 +45,8 @@ def one_board(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, 
 
 
 def _outline(table: FaceTable, face: int) -> FloatArray:
-    return table.points[table.outlines[face, table.there[face]]]
+    outline: FloatArray = table.points[table.outlines[face, table.there[face]]]
+    return outline
 
 
 def _back_to_back(
