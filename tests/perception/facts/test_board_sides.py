@@ -50,5 +50,7 @@ def test_two_boxes_a_gap_apart_are_two() -> None:
 def test_a_seat_belongs_to_what_holds_the_front_of_its_back() -> None:
     # The front ends above the ground and is carried by the seat, the rear goes down to it.
     seat = [(0.0, 0.0, 0.4), (0.4, 0.0, 0.4), (0.4, 0.4, 0.4), (0.0, 0.4, 0.4)]
-    chair = together(polyhedron(seat, [(0, 1, 2, 3)]), leaf(0.0, 1, 0.44), leaf(-0.03, -1))
-    assert things(chair) == [(0, 1, 2)]
+    leg = [(0.35, 0.1, 0.0), (0.35, 0.3, 0.0), (0.35, 0.3, 0.38), (0.35, 0.1, 0.38)]
+    stool = polyhedron([*seat, *leg], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    chair = together(stool, leaf(0.0, 1, 0.41), leaf(-0.03, -1))
+    assert things(chair) == [(0, 1, 2, 3)]

@@ -200,6 +200,7 @@ def test_what_begins_a_boards_thickness_below_a_top_is_part_of_it(
 
 def test_a_leg_that_touches_its_seat_at_a_corner_is_part_of_it() -> None:
     seat = [(0.0, 0.0, 0.4), (0.4, 0.0, 0.4), (0.4, 0.4, 0.4), (0.0, 0.4, 0.4)]
-    leg = [(0.02, 0.02, 0.0), (0.08, 0.02, 0.0), (0.08, 0.02, 0.3)]
-    scene = polyhedron([*seat, *leg], [(0, 1, 2, 3), (4, 5, 6, 0)])
+    inner = [(0.0, 0.0, 0.0), (0.06, 0.0, 0.0), (0.06, 0.0, 0.3)]
+    scene = polyhedron([*seat, *inner], [(0, 1, 2, 3), (0, 6, 5, 4)])
+    assert scene.faces[1].plane.normal[1] > 0.9  # the seat lies before it
     assert sizes(replace(scene, views=("view1", "view2"))) == [2]
