@@ -40,10 +40,11 @@ def stands_behind(
 def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
     """Whether a face with these sides (n, 2, 3) begins at another from behind, within its outline.
 
-    `corners` and `normal` are the other's; what begins no deeper than what lies on it begins there.
+    `corners` and `normal` are the other's; of a board pictures often show the upper side alone, so
+    what begins no farther behind than boards are thick begins there.
     """
     depth, within, size = _seen_along(sides, corners, normal)
-    begins = depth.min() < MIN_DEPTH_SHARE * size < depth.max()
+    begins = depth.min() < MAX_GAP_SHARE * size and depth.max() > MIN_DEPTH_SHARE * size
     return bool(begins and _is_behind(depth, within, size).all())
 
 

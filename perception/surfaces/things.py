@@ -103,7 +103,7 @@ def _under_tops(
     parts: Parts, cores: Cores, pictured: NDArray[np.bool_]
 ) -> Iterator[tuple[int, int]]:
     """Pairs of cores: an upward face, and an upright one that stands beneath it within its outline
-    and begins as near to its plane as what lies on it. What has a top of its own is another thing.
+    and begins as near behind it as boards are thick. What has a top of its own is another thing.
 
     `pictured` (s,) are scenes of pictures.
     """
@@ -171,6 +171,9 @@ def find_things(
     cores = Cores.among(parts, contacts)
     met = set(_beside_faces(parts, cores, ups))
     met |= set(_under_tops(parts, cores, np.array([bool(scene.views) for scene in scenes])))
+    # What is so placed is no support, whatever else of it meets: a leg's slanted side touches its
+    # seat at a corner, from which the seat reaches on.
+    joined = met.copy()
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in stances(parts, cores, contacts).items():
         other = int(cores.of[face])
@@ -178,7 +181,7 @@ def find_things(
         met.add(pair)
         if _stands_apart(parts, cores, core, face, stance):
             apart.add(pair)
-    groups = components(len(cores.bodies), met - apart)
+    groups = components(len(cores.bodies), met - (apart - joined))
     things: dict[int, tuple[list[int], list[int]]] = {}
     for part, core in enumerate(cores.of.tolist()):
         own_faces, own_edges = things.setdefault(groups[core], ([], []))

@@ -2,7 +2,8 @@
 
 A chair's back ends above its seat, with a rounded edge between them that is no face; where views
 show the ground beneath, it is of one thing with the seat. What is nearer to the ground stands on
-something that was not found; and what another thing reaches beneath stands on that.
+something that was not found; and what another thing reaches beneath stands on that. What carries a
+board's one side carries the other.
 """
 
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from facetlog.perception.facts.board_sides import one_board
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices
@@ -34,7 +36,8 @@ STANDS_WITHIN = 2.0 / 3.0
 def carried_together(
     scene: Scene, table: FaceTable, edges: Indices, things: tuple[Thing, ...]
 ) -> tuple[Thing, ...]:
-    """The things of a scene, of which those that end above the ground are one with their carriers.
+    """The things of a scene, of which those that end above the ground are one with their carriers,
+    and those that have the two sides of a board one with each other.
 
     The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
     the things are as they were, and where they were told apart as the scene was read (bodies).
@@ -62,7 +65,8 @@ def carried_together(
             ):
                 found = (gap.distance.value, other)
                 nearest[one] = min(found, nearest.get(one, found))
-    groups = components(len(things), ((one, other) for one, (_, other) in nearest.items()))
+    carried = ((one, other) for one, (_, other) in nearest.items())
+    groups = components(len(things), (*carried, *one_board(table, things)))
     together: dict[int, list[Thing]] = {}
     for group, thing in zip(groups, things, strict=True):
         together.setdefault(group, []).append(thing)

@@ -191,8 +191,16 @@ def pictured_table(gap: float) -> Scene:
     return replace(scene, views=("view1", "view2"))
 
 
-@pytest.mark.parametrize(("gap", "parts"), [(0.03, [2]), (0.2, [1, 1])])
+@pytest.mark.parametrize(("gap", "parts"), [(0.03, [2]), (0.1, [2]), (0.3, [1, 1])])
 def test_what_begins_a_boards_thickness_below_a_top_is_part_of_it(
     gap: float, parts: list[int]
 ) -> None:
     assert sizes(pictured_table(gap)) == parts
+
+
+def test_a_leg_that_touches_its_seat_at_a_corner_is_part_of_it() -> None:
+    seat = [(0.0, 0.0, 0.4), (0.4, 0.0, 0.4), (0.4, 0.4, 0.4), (0.0, 0.4, 0.4)]
+    inner = [(0.0, 0.0, 0.0), (0.06, 0.0, 0.0), (0.06, 0.0, 0.3)]
+    scene = polyhedron([*seat, *inner], [(0, 1, 2, 3), (0, 6, 5, 4)])
+    assert scene.faces[1].plane.normal[1] > 0.9  # the seat lies before it
+    assert sizes(replace(scene, views=("view1", "view2"))) == [2]
