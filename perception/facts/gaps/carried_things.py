@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from facetlog.perception.facts.board_sides import one_board
+from facetlog.perception.facts.gaps.board_sides import one_board
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices
