@@ -35,7 +35,7 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 )
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SAMPLES, SideJudge
-from facetlog.perception.detection.line_front_end.face_selection import FREE_PX, SelectedFace
+from facetlog.perception.detection.line_front_end.face_selection import FREE_PX
 from facetlog.perception.detection.line_front_end.outlines.outline_search import MIN_SIDE_PX
 from facetlog.perception.detection.line_front_end.planes.board_places import BoardPlaces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
@@ -46,6 +46,7 @@ from facetlog.perception.detection.line_front_end.planes.parallel import (
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray

@@ -7,10 +7,9 @@ their planes are searched again. The remaining pixels decide on the next.
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -32,9 +31,7 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     overlap,
     touch,
 )
-from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
-    FaceJudge,
-)
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceJudge
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
 from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
     joined_sides,
@@ -62,9 +59,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     PlaneHypothesis,
     plane_basis,
 )
-from facetlog.perception.detection.line_front_end.planes.square_planes import (
-    SQUARE_SLOPE,
-)
+from facetlog.perception.detection.line_front_end.planes.square_planes import SQUARE_SLOPE
 from facetlog.perception.detection.line_front_end.planes.texture_choice import with_texture_planes
 from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
@@ -73,11 +68,12 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     LineProfiles,
     covered_extents,
 )
-from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
+from facetlog.perception.detection.line_front_end.taken_pixels import take_pixels
 from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["SelectedFace", "select_faces"]
+__all__ = ["select_faces"]
 
 # Least coverage of the sides of a face when it is as plain as may be.
 MIN_FINAL = 0.75
@@ -94,29 +90,6 @@ TOUCH_PX = 8.0
 FREE_PX = 4.0
 # A face has a neighbour at each side that is this share of its perimeter: curves have none.
 LONG_SIDE = 0.08
-# Pixels at a face's rim belong to its neighbours too: half this width, px. A gap between two faces
-# belongs to both.
-RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SelectedFace:
-    """An outline judged a face, its corners counter-clockwise seen from the side that views see.
-
-    `shown` (V,) says which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside, none in its `holes` (k, 3), which run clockwise.
-    `plane_cov` is the covariance of its plane's heights at its corners, then at those of the holes,
-    where it has one of its own. Where it has no edges its outline is only its known extent.
-    """
-
-    corners: FloatArray
-    normal: FloatArray
-    shown: NDArray[np.bool_]
-    support: float
-    seen: FloatArray
-    plane_cov: FloatArray | None = None
-    holes: tuple[FloatArray, ...] = ()
-    has_edges: bool = True
 
 
 def select_faces(
@@ -361,15 +334,7 @@ class _Selection:
         seen = e.points[~lies_within(holes, normal, e.points)]
         face = SelectedFace(corners, normal, e.shown, e.coverage, seen, cov, holes)
         self._faces.append(face)
-        for k in np.nonzero(e.shown)[0].tolist():
-            projection = self._views[k].projection
-            drawn = [project_points(projection, ring) for ring in (corners, *holes)]
-            if all((depth > 0).all() for _, depth in drawn):
-                filled = np.zeros_like(self._taken[k])
-                cv2.fillPoly(filled, [np.rint(uv).astype(np.int32) for uv, _ in drawn], 1)
-                taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
-                closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
-                self._taken[k] = np.asarray(closed, dtype=np.uint8)
+        take_pixels(self._taken, self._views, e.shown, (corners, *holes))
         self._propose_neighbours(face, candidate.score)
         return True
 

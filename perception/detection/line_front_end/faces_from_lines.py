@@ -25,7 +25,7 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
     surface_between,
 )
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
+from facetlog.perception.detection.line_front_end.face_selection import select_faces
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
@@ -53,6 +53,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
     contradicting_views,
     without_them,
 )
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.detection.line_front_end.with_boards import with_boards

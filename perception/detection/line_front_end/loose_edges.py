@@ -13,7 +13,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     MAX_BLOCKED,
     blocked,
 )
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
@@ -21,6 +20,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.types import FloatArray, View
 

@@ -30,9 +30,9 @@ from facetlog.perception.detection.line_front_end.face_selection import (
     FREE_PX,
     SAME_PLANE_PX,
     TOUCH_PX,
-    SelectedFace,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray

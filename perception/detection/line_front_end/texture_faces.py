@@ -31,11 +31,7 @@ from facetlog.perception.detection.line_front_end.evidence.texture_correlation i
     PIECE_PX,
     texture_correlation,
 )
-from facetlog.perception.detection.line_front_end.face_selection import (
-    FREE_PX,
-    SAME_PLANE_PX,
-    SelectedFace,
-)
+from facetlog.perception.detection.line_front_end.face_selection import FREE_PX, SAME_PLANE_PX
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     without_short_sides,
     without_straight_corners,
@@ -47,6 +43,7 @@ from facetlog.perception.detection.line_front_end.planes.texture_choice import a
 from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View

@@ -10,10 +10,10 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.outlines.outline_search import MIN_SIDE_PX
 from facetlog.perception.detection.line_front_end.planes.board_places import board_places
 from facetlog.perception.detection.line_front_end.planes.ground_plane import LEVEL_COSINE, Ground
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.types import FloatArray
 

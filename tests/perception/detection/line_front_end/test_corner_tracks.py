@@ -11,7 +11,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     outlined_tracks,
     track_corners,
 )
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, Track
 from tests.perception.detection.drawings import project

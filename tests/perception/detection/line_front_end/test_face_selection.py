@@ -9,7 +9,7 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
+from facetlog.perception.detection.line_front_end.face_selection import select_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
@@ -20,6 +20,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     covered_extents,
     line_profiles,
 )
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig

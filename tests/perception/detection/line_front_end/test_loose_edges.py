@@ -3,9 +3,9 @@
 import numpy as np
 
 from facetlog.perception.detection.line_front_end.corner_tracks import track_ends
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import ring_poses
