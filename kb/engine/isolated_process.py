@@ -18,12 +18,12 @@ import threading
 from collections.abc import Iterator, Mapping
 from itertools import count
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.engine import OK, Piece, Reply, piece_text
 from facetlog.kb.engine.engine_pool import GRACE_SECONDS, Replies, engine_pool
+from facetlog.python_process import import_path, python_module
 
 __all__ = ["IsolatedProcess"]
 
@@ -97,8 +97,7 @@ class _Process:
         ours, theirs = socket.socketpair()
         with theirs:
             self.popen = subprocess.Popen(
-                # -P: nothing is imported from the folder that the user happens to be in.
-                [sys.executable, "-P", "-m", "facetlog.kb.engine.isolated_process", str(memory_mb)],
+                python_module("facetlog.kb.engine.isolated_process", str(memory_mb)),
                 stdin=theirs.fileno(),
                 cwd=os.sep,
                 stdout=subprocess.DEVNULL,
@@ -286,10 +285,9 @@ class IsolatedProcess:
 def _environment() -> dict[str, str]:
     """What the process needs to know of ours: where programs and Python's modules are."""
     kept = ("PATH", "LANG", "LC_ALL", "HOME", "SWI_HOME_DIR", "LIBSWIPL_PATH", "LD_LIBRARY_PATH")
-    paths = os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
     return {
         **{k: v for k, v in os.environ.items() if k in kept},
-        "PYTHONPATH": paths,
+        "PYTHONPATH": import_path(),
         # Each thread would reserve 64 MB of its own, of the address space that is limited.
         "MALLOC_ARENA_MAX": "2",
     }

@@ -4,7 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["importing_environment", "python_module"]
+__all__ = ["import_path", "importing_environment", "python_module"]
 
 
 def python_module(name: str, *arguments: str) -> list[str]:
@@ -13,7 +13,11 @@ def python_module(name: str, *arguments: str) -> list[str]:
     return [sys.executable, "-P", "-m", name, *arguments]
 
 
+def import_path() -> str:
+    """Where this process imports modules from, as PYTHONPATH has it."""
+    return os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
+
+
 def importing_environment() -> dict[str, str]:
     """This process's environment, with the modules that it can import."""
-    paths = os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
-    return {**os.environ, "PYTHONPATH": paths}
+    return {**os.environ, "PYTHONPATH": import_path()}

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -16,10 +15,11 @@ from facetlog.errors import EngineError
 from facetlog.perception.reading.sfm.outcome import Outcome
 from facetlog.perception.reading.sfm.request import Request, Settings
 from facetlog.perception.reading.shots import Shot
+from facetlog.python_process import importing_environment, python_module
 
 __all__ = ["can_map", "map_pictures"]
 
-PROGRAM = (sys.executable, "-P", "-m", "facetlog.perception.reading.sfm.mapper")
+PROGRAM = (*python_module("facetlog.perception.reading.sfm.mapper"),)
 LAST_WORDS = 300
 """Characters of what a program that failed wrote at the end."""
 
@@ -53,7 +53,7 @@ def map_pictures(
             stderr=errors,
             # A Ctrl-C of the terminal is for us.
             start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+            env=importing_environment(),
             text=True,
         ) as process:
             try:

@@ -5,24 +5,22 @@ of memory, or computing without a pause. Where the other one is killed, this one
 """
 
 import contextlib
-import os
 import select
 import socket
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Sequence
-from pathlib import Path
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
+from facetlog.python_process import importing_environment, python_module
 from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan
 from facetlog.robot.pioneer.line.last_will import LastWill
 from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
 
 __all__ = ["LineProcess"]
 
-COMMAND = (sys.executable, "-P", "-m", "facetlog.robot.pioneer.line.owner")
+OWNER = "facetlog.robot.pioneer.line.owner"
 START_TIMEOUT = 30.0
 """Seconds for Python to start and the line to be opened: 0.1 are usual, 5 a TCP line's time-out."""
 BAUD_TIMEOUT = 2.0
@@ -49,14 +47,14 @@ class LineProcess:
             descriptor = theirs.fileno()
             rate = [] if baud is None else [str(baud)]
             self._process = subprocess.Popen(
-                [*COMMAND, str(descriptor), address, *rate],
+                python_module(OWNER, str(descriptor), address, *rate),
                 pass_fds=[descriptor],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 # Signals of the terminal are for this process, which stops the robot in order.
                 start_new_session=True,
-                env=_environment(),
+                env=importing_environment(),
             )
         try:
             has_baud, *said = self._done(START_TIMEOUT)
@@ -186,9 +184,3 @@ class LineProcess:
     @property
     def _ended(self) -> str:
         return f"{self.address}: the process that owns the line has ended"
-
-
-def _environment() -> dict[str, str]:
-    """This process's, with the modules that it can import."""
-    paths = os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
-    return {**os.environ, "PYTHONPATH": paths}

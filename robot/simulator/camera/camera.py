@@ -2,10 +2,8 @@
 
 import logging
 import math
-import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -14,6 +12,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from facetlog.one_thread import ONE_THREAD
+from facetlog.python_process import importing_environment, python_module
 from facetlog.robot.simulator.camera.exposure import smear_px
 from facetlog.robot.simulator.camera.process import opening_message, viewpoints_message
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
@@ -29,8 +28,7 @@ OUTDATED_PX = 0.5
 IDLE = 0.05  # seconds between two looks whether somebody looks
 RESTART_PAUSE = 1.0
 ENDING = 2.0
-# -P: nothing is imported from the folder that the user happens to be in.
-DARKROOM = (sys.executable, "-P", "-m", "facetlog.robot.simulator.camera.process")
+DARKROOM = "facetlog.robot.simulator.camera.process"
 
 _LOG = logging.getLogger(__name__)
 
@@ -176,10 +174,10 @@ class Camera:
     def _start_process(self) -> Connection:
         ours, theirs = socket.socketpair()
         with theirs:
-            environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
+            environment = {**importing_environment(), **dict.fromkeys(ONE_THREAD, "1")}
             descriptor = theirs.fileno()
             self._process = subprocess.Popen(
-                [*DARKROOM, str(descriptor)],
+                python_module(DARKROOM, str(descriptor)),
                 pass_fds=[descriptor],
                 env=environment,
                 process_group=0,  # Ctrl-C is the server's matter
