@@ -20,6 +20,7 @@ from facetlog.errors import EngineError, FacetlogError
 from facetlog.judge_questions import EndRecordings, Explore, ExplorePlace, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
 from facetlog.mapping.room_map import ScenePart
+from facetlog.perception.first_names import named
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
 from facetlog.recordings.on_scene import NO_MODEL
@@ -60,9 +61,9 @@ class ViewVerdict:
             return "; ".join((self.fault, *self.problems))
         said = list(self.best) or [NO_MODEL]
         if self.unknown:
-            said.append(f"unknown: {', '.join(self.unknown)}")
+            said.append(f"unknown: {named(self.unknown)}")
         if self.excluded:
-            said.append(f"no: {', '.join(self.excluded)}")
+            said.append(f"no: {named(self.excluded)}")
         said += self.problems
         return "; ".join(said)
 

@@ -212,6 +212,10 @@ def _signalled(number: signal.Signals) -> None:
 def test_a_verdict_is_one_line() -> None:
     verdict = ViewVerdict(5, ("t1 is a box (99%)",), ("table", "chair"), ("stairs",))
     assert verdict.line == "t1 is a box (99%); unknown: stairs; no: table, chair"
+    many = ViewVerdict(5, unknown=tuple("abcdef"), excluded=("table", "chair", "desk", "stool"))
+    assert many.line == (
+        "no model matches; unknown: a, b, c and 3 more; no: table, chair, desk and 1 more"
+    )
     assert ViewVerdict(2).line == "no model matches"
     assert ViewVerdict(2, fault="poses contradict").line == "poses contradict"
 
