@@ -135,7 +135,7 @@ class OnlineScene:
         return self._key.views
 
     def finish(self, *, polish: bool) -> str:
-        """Adds to the scene what each of the kept views saw, and polishes it first or not.
+        """The scene with what each of the kept views saw, polished first or not.
 
         To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
         corners together. If no view was let go the scene is then that of all views at once; else it
@@ -233,7 +233,9 @@ class OnlineScene:
         self._found, made = found, found.assembled
         self._extra_px, self._factor = made.extra_px, made.factor
         self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
-        self.scene, self._touched = _carried_over(self._before(), made.scene)
+        scene, self._touched = _carried_over(self._before(), made.scene)
+        # Without the space that the views saw, what is behind a face would count as full.
+        self.scene = found.seen(scene, clock)
         self._contradicting = len(key.views) - len(found.used)
         new = [line for line in tracked.warnings if line not in self._named]
         self._named.update(new)

@@ -33,15 +33,17 @@ class SceneOfFaces:
     used: tuple[int, ...]
     views: tuple[View, ...]
 
-    def complete(self, scene: Scene, clock: StepClock) -> Scene:
-        """The scene, `assembled.scene` or what became of it, with what each view saw of its faces,
-        observations in pixels of the pictures as stored, and what is to be said of the views.
-        """
+    def seen(self, scene: Scene, clock: StepClock) -> Scene:
+        """The scene, `assembled.scene` or what became of it, with what each view saw of it."""
         tracked = self.tracked
         with clock.step("sights"):
-            scene = with_sights(
-                scene, self.views, tracked.weight, tracked.ground, tracked.landmarks
-            )
+            return with_sights(scene, self.views, tracked.weight, tracked.ground, tracked.landmarks)
+
+    def complete(self, scene: Scene, clock: StepClock) -> Scene:
+        """The scene as `seen`, observations in pixels of the pictures as stored, and what is to be
+        said of the views.
+        """
+        scene = self.seen(scene, clock)
         corners = sorted({k for face in scene.faces for k in face.outline})
         said = one_direction(self.views, scene.points[corners])
         if not scene.faces:

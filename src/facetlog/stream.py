@@ -86,8 +86,8 @@ class StreamStep:
     `view` is its name, empty of the last step, in which what is in store was adjusted together;
     `used` is how many views are used so far, `problem` why this one is not, or another that turned
     out to contradict them. Without scene and
-    recognition there was too little to see; what each view saw (`Scene.sights`) the scene of the
-    last step tells alone. `facts` are those that were judged. `ended` of the last step says why no
+    recognition there was too little to see. What the views saw (`Scene.sights`) is that of the last
+    search for faces. `facts` are those that were judged. `ended` of the last step says why no
     further view was read.
     """
 

@@ -15,6 +15,7 @@ from facetlog.cli import main
 from facetlog.commands.follow import step_json
 from facetlog.degree_plot import Degrees, write_degree_plot
 from facetlog.errors import InputError
+from facetlog.kb.explaining.proof import State
 from facetlog.perception.types import Pose
 from facetlog.pipeline import open_models
 from facetlog.robot.recording import Format
@@ -85,6 +86,16 @@ def test_what_is_undecided_is_told():
     desk = next(v for v in steps[2].undecided if v.model == "desk")
     assert "no face was measured that could be its" in desk.summary
     assert steps[0].undecided == ()
+
+
+def test_what_no_view_has_looked_into_is_unknown_while_views_come():
+    with open_models() as base:
+        steps = list(recognise_stream(tour("table")[:10], up=UP, base=base, polish=False))
+    known = [s.recognition for s in steps if s.recognition is not None]
+    states = [v.state for found in known for v in found.verdicts if v.model == "table"]
+    assert State.FAILS not in states
+    assert states[0] is State.UNKNOWN
+    assert states[-2] is State.HOLDS
 
 
 def test_a_view_that_turns_out_to_contradict_is_used_no_more():

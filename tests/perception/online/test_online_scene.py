@@ -121,7 +121,7 @@ def test_of_many_views_those_are_kept_that_differ_most():
 
 def test_edges_without_faces_are_surer_across_by_each_view_that_shows_them():
     online, updated, surer = OnlineScene(name="table", up=UP), 0, 0
-    for view in tour("table")[:5]:
+    for view in tour("table")[:10]:
         before = online.scene
         update = online.add(view)
         if update.searched or not update.lines:
