@@ -62,7 +62,7 @@ class Outcome:
     `named` have a right name, `misnamed` a wrong one; `nearest` is how near the rim of the robot
     came to a thing's plan (m), which a table's top may overhang; `touched` is whether its body met
     anything of its height, or its mast came beneath a top. `known` is the share of the area's floor
-    that was looked at, `end` why it ended.
+    that sonars reached, `end` why it ended.
     """
 
     seed: int

@@ -133,6 +133,19 @@ def test_each_thing_is_looked_at_once_and_none_is_touched(tmp_path: Path) -> Non
     assert all(len(place.names) >= 3 for place in visit.places)
 
 
+def test_things_in_a_row_that_no_ring_goes_round_are_looked_at_each(tmp_path: Path) -> None:
+    """Their echoes are one place, too large for views from round it."""
+    row = tuple(Circle(1.0 + k, 2.5, 0.2) for k in range(5))
+    explorer = AreaExplorer(_judge(row), AREA, most=80)
+    area = Area(tmp_path, explorer, row)
+    assert area.run().fault is None
+    assert explorer.reached
+    places = sorted(thing.best.pose[:2].tolist() for thing in explorer.things)
+    assert places == [pytest.approx((t.x, t.y), abs=1e-6) for t in row]
+    assert "echoes at" not in area.stops.reason
+    assert area.robot.nearest > 0.0
+
+
 def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Path) -> None:
     asked: list[tuple[str, ...]] = []
     explorer = AreaExplorer(_judge((), asked), AREA, most=60)

@@ -28,6 +28,21 @@ def test_things_that_are_farther_apart_are_two() -> None:
     assert len(list(clusters(*_echoes((1.05, 1.05), (2.65, 1.05)), LATTICE, GAP))) == 2
 
 
+def test_what_is_too_large_is_cut_at_its_widest_gap_and_a_wall_in_its_middle() -> None:
+    (row,) = clusters(*_echoes((1.05, 1.05), (1.25, 1.05), (2.35, 1.15)), LATTICE, GAP)
+    one, other = row.halves()
+    assert sorted(one.places[:, 0].tolist()) == pytest.approx([1.05, 1.25])
+    assert other.middle == pytest.approx([2.35, 1.15])
+    (wall,) = clusters(*_echoes(*((2.05, 0.05 + k / 10) for k in range(30))), LATTICE, GAP)
+    assert sorted(len(half.places) for half in wall.halves()) == [15, 15]
+
+
+def test_the_place_that_is_said_of_a_cluster_is_where_something_echoes() -> None:
+    corners = [(1.05, 1.05), (2.05, 1.05), (1.05, 2.05)]
+    (found,) = clusters(*_echoes(*corners), LATTICE, GAP)
+    assert found.nearest.tolist() in [pytest.approx(corner) for corner in corners]
+
+
 def test_a_single_echo_is_none_yet() -> None:
     echoed, hits = _echoes((1.05, 1.05))
     assert list(clusters(echoed, hits / 10.0, LATTICE, GAP)) == []

@@ -137,6 +137,9 @@ class AreaExplorer:
                     return self._noted(sweep, ended)
                 group = self._next_group(around, ways, kept, number, FEWEST_VIEWS)
                 group = group or self._again(around, ways, taken, number)
+                group = group or self._next_group(
+                    around, ways, kept, number, FEWEST_VIEWS, halved=True
+                )
                 if group is None:
                     return self._finished("", around, kept, ended)
             found = self._view_of(group, around, ways, taken, number)
@@ -201,16 +204,22 @@ class AreaExplorer:
         kept: Sequence[KeptOff],
         number: int,
         least: int,
+        *,
+        halved: bool = False,
     ) -> Group | None:
         """The place with an echo of which a view is nearest in time, of those of which so many
-        views can be taken.
+        views can be taken; `halved` with what is left of echoes that are too large for it.
         """
         best: tuple[float, FloatArray, float] | None = None
-        for echo in self.floor.echoes(around.body, kept):
+        left = list(self.floor.echoes(around.body, kept))
+        while left:
+            echo = left.pop(0)
             x, y = echo.middle.tolist()
             place, off = Place(0, x, y, echo.reach), around.body + OVERHANG
             views = Rings.of(place, None, around, ways, off).candidates(number)
             if len(views) < least:
+                if halved and echo.reach > OVERHANG:
+                    left += echo.halves()
                 continue
             seconds = min(round(each.seconds, 9) for each in views)
             if seconds < (math.inf if best is None else best[0]):

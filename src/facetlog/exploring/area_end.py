@@ -34,7 +34,7 @@ def end_of_area(
         parts.append(f"{many(len(open_), 'verdict')} still open")
     # Without a thing what echoes there is asked for no more (`AreaExplorer`), if it had its views.
     few = [at(group.target) for group in bare if len(group.names) < FEWEST_VIEWS]
-    if left := [*few, *(at(echo.middle) for echo in floor.echoes(around.body, kept))]:
+    if left := [*few, *(at(echo.nearest) for echo in floor.echoes(around.body, kept))]:
         lack = "not looked at yet" if why else "of which no view can be reached"
         parts.append(f"echoes at {' and '.join(left)}, {lack}")
     return "; ".join(parts)

@@ -1,11 +1,12 @@
 """What sonars met: cells in which beams ended, in clusters that are to be looked at.
 
 What stands on legs is met by its legs alone: what is near to one another is one. A cluster is a
-place to look at, no thing yet: pictures say what stands there.
+place to look at, no thing yet: pictures say what stands there. What stands at a wall, or in a row,
+is one with it: where that is too large to be looked at from round it, its halves are.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -22,11 +23,40 @@ FEWEST_ECHOES = 5.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Echo:
-    """A cluster: the middle (2,) of its `cells` (n, 2), and how far it reaches from there, m."""
+    """A cluster of cells, whose middles are `places` (n, 2): the `middle` (2,) of their extents,
+    and how far it `reach`es from there, m.
+    """
 
-    middle: FloatArray
-    reach: float
-    cells: NDArray[np.intp]
+    places: FloatArray
+    side: float
+    middle: FloatArray = field(init=False)
+    reach: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        middle = (self.places.min(axis=0) + self.places.max(axis=0)) / 2
+        away = float(np.linalg.norm(self.places - middle, axis=1).max())
+        object.__setattr__(self, "middle", middle)
+        object.__setattr__(self, "reach", away + self.side / 2)
+
+    @property
+    def nearest(self) -> FloatArray:
+        """The place (2,) that is nearest to the middle: of what stands about that nothing may."""
+        away = np.linalg.norm(self.places - self.middle, axis=1)
+        return np.asarray(self.places[int(away.argmin())])
+
+    def halves(self) -> "tuple[Echo, Echo]":
+        """Both parts of a cluster of two cells or more: cut across its longer extent, where the
+        widest gap is, and of gaps as wide where the middle is nearest.
+        """
+        along = self.places[:, int(np.ptp(self.places, axis=0).argmax())]
+        order = np.argsort(along, kind="stable")
+        row = along[order]
+        gaps = np.round(np.diff(row) / self.side)
+        cuts = (row[1:] + row[:-1]) / 2
+        off = np.abs(cuts - (row[0] + row[-1]) / 2)
+        cut = 1 + int(np.lexsort((off, -gaps))[0])
+        one, other = self.places[order[:cut]], self.places[order[cut:]]
+        return Echo(one, self.side), Echo(other, self.side)
 
 
 def clusters(
@@ -41,11 +71,7 @@ def clusters(
         own = echoed & (labels == label)
         if float(hits[own].sum()) < FEWEST_ECHOES:
             continue
-        cells = np.argwhere(own)
-        places = lattice.middles[cells[:, 0], cells[:, 1]]
-        middle = (places.min(axis=0) + places.max(axis=0)) / 2
-        reach = float(np.linalg.norm(places - middle, axis=1).max()) + lattice.side / 2
-        yield Echo(middle, reach, cells)
+        yield Echo(lattice.middles[own], lattice.side)
 
 
 def within(cells: NDArray[np.bool_], distance: float, side: float) -> NDArray[np.bool_]:
