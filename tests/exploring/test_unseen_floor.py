@@ -43,3 +43,15 @@ def test_what_is_behind_a_wall_does_not_show() -> None:
 def test_where_all_is_seen_or_hardly_anything_is_not_there_is_nowhere_to_go() -> None:
     assert _best(NONE) is None
     assert _best((X > 7.8) & (Y > 3.8)) is None
+
+
+def test_all_that_a_look_was_worth_shows_from_there() -> None:
+    """Else it would be taken again and again: a far cell that one ray grazes may be worth it."""
+    for at, far in (((3, 21), (25, 21)), ((0, 45), (0, 23)), ((3, 3), (25, 3))):
+        worth = np.zeros(LATTICE.shape)
+        worth[far] = 25.0
+        here = Pose2(*LATTICE.middles[at].tolist())
+        ways = FloorWays(LATTICE, ~NONE, ~NONE, (here.x, here.y))
+        found = best_sweep(worth, NONE, ways, LATTICE, here, Pace(), reach=2.3, least=0.25)
+        assert found is not None
+        assert shown_from(found.place, NONE, LATTICE, 2.3)[far]

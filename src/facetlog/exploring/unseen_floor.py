@@ -19,6 +19,7 @@ from facetlog.robot.pose2 import Pose2, wrapped
 __all__ = ["Sweep", "best_sweep", "shown_from"]
 
 RAYS = 48
+BEARINGS = math.tau * np.arange(RAYS) / RAYS
 # Of the places that can be reached every third in each direction is asked.
 EVERY = 3
 
@@ -79,7 +80,7 @@ def _shown(
 ) -> FloatArray:
     """How much unseen floor (n,) shows from each place (n, 2), m²: ∫∫ r dr dφ along rays."""
     found = np.zeros(len(places))
-    for angle in math.tau * np.arange(RAYS) / RAYS:
+    for angle in BEARINGS:
         radii, inside, row, column = _along(places, float(angle), lattice, reach)
         passed = np.cumsum(~inside | stopped[row, column], axis=1) == 0
         found += (passed * worth[row, column]) @ radii
@@ -93,8 +94,10 @@ def shown_from(
     """The cells (rows, columns) that a place shows."""
     found = np.zeros(lattice.shape, np.bool_)
     at = np.array([place])
-    # So many rays that the last cells are not passed by.
-    for angle in np.arange(0.0, math.tau, lattice.side / reach / 2):
+    # So many rays that the last cells are not passed by, and those by which places are compared:
+    # what was counted on is shown, and never gone for again.
+    fine = np.arange(0.0, math.tau, lattice.side / reach / 2)
+    for angle in np.concatenate([BEARINGS, fine]):
         _, inside, row, column = _along(at, float(angle), lattice, reach)
         passed = np.cumsum(~inside | stopped[row, column], axis=1) == 0
         found[row[passed], column[passed]] = True
