@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from facetlog.exploring.area import AreaExplorer, AreaJudge
+from facetlog.exploring.area_groups import parts_of
 from facetlog.exploring.needs import Interest
 from facetlog.mapping.placed_thing import PlacedThing
 from facetlog.mapping.room_map import ScenePart
@@ -40,6 +41,8 @@ from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead
 AREA = (0.0, 0.0, 6.0, 5.0)
 START = Pose2(1.0, 1.0, 0.4)
 THINGS = (Circle(3.2, 1.4, 0.15), Circle(3.8, 3.6, 0.2))
+# Their echoes are one place.
+ROW = tuple(Circle(1.0 + k, 2.5, 0.2) for k in range(5))
 PACE = Pace(speed=0.4, turning=math.radians(60.0))
 
 
@@ -134,16 +137,19 @@ def test_each_thing_is_looked_at_once_and_none_is_touched(tmp_path: Path) -> Non
 
 
 def test_things_in_a_row_that_no_ring_goes_round_are_looked_at_each(tmp_path: Path) -> None:
-    """Their echoes are one place, too large for views from round it."""
-    row = tuple(Circle(1.0 + k, 2.5, 0.2) for k in range(5))
-    explorer = AreaExplorer(_judge(row), AREA, most=80)
-    area = Area(tmp_path, explorer, row)
+    explorer = AreaExplorer(_judge(ROW), AREA, most=80)
+    area = Area(tmp_path, explorer, ROW)
     assert area.run().fault is None
     assert explorer.reached
     places = sorted(thing.best.pose[:2].tolist() for thing in explorer.things)
-    assert places == [pytest.approx((t.x, t.y), abs=1e-6) for t in row]
+    assert places == [pytest.approx((t.x, t.y), abs=1e-6) for t in ROW]
     assert "echoes at" not in area.stops.reason
     assert area.robot.nearest > 0.0
+    # Who resumes knows which of the places are parts.
+    lines, resumed = log_of(tmp_path), AreaExplorer(_judge(ROW), AREA, most=80)
+    assert parts_of(lines)
+    resumed.resume(lines, read_visit(tmp_path))
+    assert [g.part for g in resumed.groups] == [g.part for g in explorer.groups]
 
 
 def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Path) -> None:

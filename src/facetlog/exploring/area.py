@@ -15,7 +15,16 @@ import numpy as np
 
 from facetlog.exploring.area_end import at, end_of_area
 from facetlog.exploring.area_floor import CLEARANCE, SIDE, Area, AreaFloor, KeptOff
-from facetlog.exploring.area_groups import End, Group, Rings, ends_json, ends_of, rings_round
+from facetlog.exploring.area_groups import (
+    End,
+    Group,
+    Rings,
+    ends_json,
+    ends_of,
+    parts_of,
+    rings_round,
+)
+from facetlog.exploring.echoes import Echo
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
@@ -96,6 +105,7 @@ class AreaExplorer:
         ends = ends_of(lines)
         for place in places_of(lines):
             group = self._add_group(np.array([place.x, place.y]), place.reach)
+            group.part = place.number in parts_of(lines)
             group.names = [name for name in place.names if name in there]
             own, end = group.taken(taken), ends.get(group.number, End())
             group.retried = end.retried
@@ -161,7 +171,8 @@ class AreaExplorer:
         if taken[-1].name != name:
             return
         self._sent = None
-        self._sweeps.came(on_the_way=number == 0)
+        # Of a large place that was looked about from the next part is seen without another turn.
+        self._sweeps.came(on_the_way=number == 0 or self.groups[number - 1].part)
         if number:
             self.groups[number - 1].names.append(name)
 
@@ -210,7 +221,7 @@ class AreaExplorer:
         """The place with an echo of which a view is nearest in time, of those of which so many
         views can be taken; `halved` with what is left of echoes that are too large for it.
         """
-        best: tuple[float, FloatArray, float] | None = None
+        best: tuple[float, Echo] | None = None
         left = list(self.floor.echoes(around.body, kept))
         while left:
             echo = left.pop(0)
@@ -223,10 +234,11 @@ class AreaExplorer:
                 continue
             seconds = min(round(each.seconds, 9) for each in views)
             if seconds < (math.inf if best is None else best[0]):
-                best = seconds, echo.middle, echo.reach
+                best = seconds, echo
         if best is None:
             return None
-        group = self._add_group(best[1], best[2])
+        group = self._add_group(best[1].middle, best[1].reach)
+        group.part = halved
         self._said.append(f"place {group.number} at {at(group.target)} is looked at: echoes there")
         return group
 
@@ -266,7 +278,8 @@ class AreaExplorer:
                 return replace(found, reason=reason)
             return found
         self._sent = found.stop.view.name, group.number
-        return replace(found, line={**found.line, **group.place.to_json()}, said=said)
+        part = {"part": True} if group.part else {}
+        return replace(found, line={**found.line, **group.place.to_json(), **part}, said=said)
 
     def _end(self, group: Group, why: str) -> None:
         """No more views of a place; where they brought no new thing it is not asked for again."""

@@ -18,7 +18,7 @@ from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate, bearing, turns_along
 from facetlog.robot.collecting.route import route_length
 
-__all__ = ["End", "Group", "Rings", "ends_json", "ends_of", "reach_of", "rings_round"]
+__all__ = ["End", "Group", "Rings", "ends_json", "ends_of", "parts_of", "reach_of", "rings_round"]
 
 # How far off views are taken beyond the outermost point, for the height of the pinhole: the paper's
 # tour sees its block so steeply, and a thing of a metre is whole in the picture.
@@ -37,7 +37,7 @@ class Group:
 
     `names` are its views, `thing` is what they show there, `ended` says why there are no more: then
     so many views were `offered`, as could be reached. It is `settled` where its verdict cannot
-    change.
+    change, and `part` of a place that was too large.
     """
 
     number: int
@@ -49,6 +49,7 @@ class Group:
     ended: str = ""
     offered: int = 0
     retried: bool = False
+    part: bool = False
 
     @property
     def settled(self) -> bool:
@@ -187,6 +188,15 @@ def ends_of(lines: Iterable[Mapping[str, object]]) -> Mapping[int, End]:
             case {"looks_at": int() as number} if number in ends:
                 ends[number] = End(retried=True)
     return ends
+
+
+def parts_of(lines: Iterable[Mapping[str, object]]) -> frozenset[int]:
+    """The numbers of the places that are parts of larger ones, by the lines of collect.jsonl."""
+    return frozenset(
+        number
+        for line in lines
+        if line.get("part") and isinstance(number := line.get("looks_at"), int)
+    )
 
 
 def reach_of(thing: PlacedThing) -> float:

@@ -37,12 +37,14 @@ class Sweeps:
                 case {"looks_at": 0, "robot": [float() | int() as x, float() | int() as y, *_]}:
                     self._swept.append((float(x), float(y)))
                     self._quarters = 0
+                case {"looks_at": _, "part": True}:
+                    pass
                 case {"looks_at": _}:
                     self._quarters = 0
 
     def came(self, *, on_the_way: bool) -> None:
-        """A view was taken, of a place or on the way: after another than a turn on the spot the
-        robot may turn once round again.
+        """A view was taken, of a place or `on_the_way`, or of a part of a place: after another than
+        a turn on the spot the robot may turn once round again, but for parts.
         """
         if not on_the_way or self._swept:
             self._quarters = 0
