@@ -64,8 +64,6 @@ from facetlog.commands.robot_options import (
 from facetlog.commands.robot_words import (
     COLLECT_AGAIN,
     early_end_line,
-    resumed_from,
-    worded,
     wording_errors,
 )
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -318,11 +316,7 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
             raise
         code = exc.exit_code if isinstance(exc, FacetlogError) else INTERRUPTED
         raise typer.Exit(code) from exc
-    ended = collected.ended
-    if ended.fault is None:
-        return collected
-    fault = worded(ended.fault, resumed_from(ended))
-    return replace(collected, ended=replace(ended, fault=fault))
+    return collected
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "ViewVerdict | None":

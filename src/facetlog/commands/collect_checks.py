@@ -110,7 +110,8 @@ def asked_tour(
 
 def where_it_stood(folder: Path) -> str:
     """Where an earlier run left the robot, as a hint for --start."""
-    from facetlog.robot.collecting.last_place import last_place, stated_pose
+    from facetlog.robot.collecting.last_place import last_place
+    from facetlog.robot.collecting.option_words import stated_pose
 
     try:
         last = last_place(folder)
