@@ -27,6 +27,7 @@ WORDS = (
     (re.compile(r"then (go on with )?--resume(?! --start)"), f"then {AGAIN}"),
     # Something else is to be done first: how to go on comes after it.
     (re.compile(rf", then {AGAIN}(; see that the STOP button is out)"), rf"\1, then {AGAIN}"),
+    (re.compile(rf"[,;] then {AGAIN}(?=.*[,;] then {AGAIN})", re.DOTALL), ""),
     (re.compile(r"\bmodel= "), "--model "),
     (re.compile(r"\bbaud=(?=\d)"), "--baud "),
     (

@@ -59,6 +59,11 @@ CLEAR = "; then call clear_stop() to drive on"
             "press the MOTORS button or call enable_motors(); see that the STOP button is out",
             "press the MOTORS button; see that the STOP button is out, then AGAIN",
         ),
+        (
+            "press the MOTORS button or call enable_motors(); see that the STOP button is out; "
+            "then go on with --resume",
+            "press the MOTORS button; see that the STOP button is out; then AGAIN",
+        ),
         ("free it, then go on with --resume", "free it, then AGAIN"),
         ("release it, then --resume", "release it, then AGAIN"),
         ("say what it is like with model= (p2dx)", "say what it is like with --model (p2dx)"),
