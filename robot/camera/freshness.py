@@ -8,7 +8,7 @@ are those that the source gives.
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,15 @@ __all__ = ["Frame", "LatestFrame"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Frame:
-    """A picture, grey (H, W) or blue-green-red (H, W, 3), and when it arrived (monotonic, s)."""
+    """A picture, grey (H, W) or blue-green-red (H, W, 3), and when it arrived (monotonic, s).
+
+    `silent` is for how long the camera had given none before, if that was longer than it should be,
+    since the frame that was taken before this one (s, 0 if not).
+    """
 
     image: Image
     arrived: float
+    silent: float = 0.0
 
 
 class LatestFrame:
@@ -41,11 +46,12 @@ class LatestFrame:
         self._fresh = False
         self._repeats = 0
         self._count = 0
+        self._silent = 0.0
         self._failure = ""
         self._closed = False
 
-    def put(self, image: Image, arrived: float) -> None:
-        """Takes a frame that arrived."""
+    def put(self, image: Image, arrived: float, silent: float = 0.0) -> None:
+        """Takes a frame that arrived, after so many `silent` seconds: see `Frame`."""
         with self._changed:
             before = self._frame
             same = before is not None and np.array_equal(before.image, image)
@@ -53,6 +59,7 @@ class LatestFrame:
             self._fresh = not (same and self._noisy)
             self._frame = Frame(image, arrived)
             self._count += 1
+            self._silent = max(self._silent, silent)
             self._failure = ""
             self._changed.notify_all()
 
@@ -105,7 +112,8 @@ class LatestFrame:
             raise DeviceError(f"camera {self._name} was closed")
         frame = self._frame
         if frame is not None and self._fresh and frame.arrived - self._latency >= after:
-            return frame
+            silent, self._silent = self._silent, 0.0
+            return replace(frame, silent=silent)
         return None
 
     def _complaint(self, came: int, timeout: float) -> DeviceTimeout:

@@ -29,7 +29,8 @@ __all__ = ["FileSource", "FrameSource", "StillSource", "VideoSource", "open_came
 # decoding. A stream: also the buffers of encoders and of FFmpeg's reader. A still: exposed on
 # request, or the frame that the camera took last.
 DEVICE_LATENCY, STREAM_LATENCY, STILL_LATENCY = 0.3, 0.8, 0.3
-# Of FFmpeg: how long opening a stream, or the next frame, may take.
+# Of FFmpeg: how long opening a stream, or the next frame, may take. A camera that gives no picture
+# for longer than a frame may take is silent.
 OPEN_TIMEOUT_MS, READ_TIMEOUT_MS = 5_000, 3_000
 # Between two attempts to open a camera that went away, or one over the network that is not there
 # yet; for that it is tried so many seconds.
@@ -121,6 +122,12 @@ def _stream(address: str) -> cv2.VideoCapture:
     return cv2.VideoCapture(address, cv2.CAP_FFMPEG, limits)
 
 
+def _silence(since: float, arrived: float) -> float:
+    """Seconds without a picture until one arrived, 0 where that is as long as one may take."""
+    seconds = arrived - since
+    return seconds if seconds > READ_TIMEOUT_MS / 1000 else 0.0
+
+
 class VideoSource:
     """A device or a stream, read by a thread of its own; the newest frame is kept.
 
@@ -168,6 +175,7 @@ class VideoSource:
         self._thread.join((OPEN_TIMEOUT_MS + READ_TIMEOUT_MS) / 1000)
 
     def _read(self, capture: cv2.VideoCapture) -> None:
+        last = time.monotonic()
         try:
             while not self._ending.is_set():
                 # The time is taken before decoding, which is not part of the camera's latency.
@@ -175,7 +183,9 @@ class VideoSource:
                 arrived = time.monotonic()
                 done, image = capture.retrieve() if got else (False, None)
                 if done and image is not None:
-                    self._newest.put(np.asarray(image, dtype=np.uint8), arrived)
+                    silent = _silence(last, arrived)
+                    self._newest.put(np.asarray(image, dtype=np.uint8), arrived, silent)
+                    last = arrived
                     continue
                 self._newest.fail("the connection to it is lost")
                 capture.release()
@@ -207,14 +217,17 @@ class StillSource:
 
     def shot(self, after: float, timeout: float) -> Frame:
         """A picture requested after `after`; see `LatestFrame.shot`."""
-        deadline = time.monotonic() + timeout
+        began = time.monotonic()
+        deadline = began + timeout
         before = self._newest.count
         while True:
             image = self._fetch(max(deadline - time.monotonic(), STILL_PAUSE))
             if image is None:
                 self._newest.fail(self._last_fault)
             else:
-                self._newest.put(image, time.monotonic())
+                arrived = time.monotonic()
+                self._newest.put(image, arrived, _silence(began, arrived))
+                began = arrived
             if (frame := self._newest.taken(after)) is not None:
                 return frame
             if time.monotonic() + STILL_PAUSE >= deadline:

@@ -13,9 +13,9 @@ from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.collecting.run_sessions import run_sessions, run_start
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import RobotState
-from facetlog.robot.pose2 import Pose2, wrapped
+from facetlog.robot.pose2 import Pose2
 
-__all__ = ["LastPlace", "last_place", "stated_pose"]
+__all__ = ["LastPlace", "last_place"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,15 +24,6 @@ class LastPlace:
 
     pose: Pose2
     how: str
-
-
-def stated_pose(pose: Pose2) -> str:
-    """A pose as `--start` takes it: metres, and degrees within ±180.
-
-    >>> stated_pose(Pose2(1.5, 0.25, math.radians(-251.6)))
-    '1.500,0.250,108.4'
-    """
-    return f"{pose.x:.3f},{pose.y:.3f},{math.degrees(wrapped(pose.heading)):.1f}"
 
 
 def last_place(folder: Path) -> LastPlace | None:

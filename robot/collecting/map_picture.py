@@ -47,6 +47,8 @@ CLOSED, TARGET, ELLIPSE, MISSED = (150, 150, 240), (40, 40, 210), (200, 60, 160)
 RIM, AREA = (200, 200, 200), (30, 140, 220)
 # Pixels of the dot where the robot stood, and the size of words beside what they name.
 DOT_PX, WORD = 4, 0.5
+# The share of an arrow that its head takes.
+TIP = 0.4
 # Pixels of a line of the legend, and of a coloured sign in it.
 LINE_PX, SIGN_PX = 22, 32
 # Signs of the legend that are no marker of OpenCV: a ring, and a line.
@@ -257,9 +259,20 @@ def _robot(canvas: _Canvas, view: Taken, radius: float) -> list[Box]:
         view.robot.x + nose * math.cos(view.robot.heading),
         view.robot.y + nose * math.sin(view.robot.heading),
     )
-    cv2.arrowedLine(canvas.image, place, tip, ROBOT, 2, SMOOTH, tipLength=0.4)
-    middle = ((place[0] + tip[0]) / 2, (place[1] + tip[1]) / 2)
-    return [Box(x - DOT_PX, y - DOT_PX, 2 * DOT_PX, 2 * DOT_PX) for x, y in (place, middle, tip)]
+    cv2.arrowedLine(canvas.image, place, tip, ROBOT, 2, SMOOTH, tipLength=TIP)
+    # As OpenCV draws it: from its tip two strokes lead back at 45° to the shaft.
+    back = TIP * (np.array(place, dtype=np.float64) - tip)
+    strokes = [tip + back @ (np.array([[1, s], [-s, 1]]) * math.sqrt(0.5)) for s in (-1, 1)]
+    return [box for end in (np.array(place), *strokes) for box in _along(np.array(tip), end)]
+
+
+def _along(one: FloatArray, other: FloatArray) -> list[Box]:
+    """Boxes of a dot's size that cover a stroke between two places, pixels."""
+    count = math.ceil(math.dist(one, other) / (2 * DOT_PX)) + 1
+    return [
+        Box(x - DOT_PX, y - DOT_PX, 2 * DOT_PX, 2 * DOT_PX)
+        for x, y in np.linspace(one, other, count).tolist()
+    ]
 
 
 def _words(

@@ -230,7 +230,9 @@ def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
     try:
         lines = [json.loads(line) for line in read_regular_text(path).splitlines()]
     except FileNotFoundError as exc:
-        raise InputError(f"{folder} holds no collection to go on with: leave out --resume") from exc
+        raise InputError(
+            f"{folder} holds no collection: give what `facetlog collect` has left"
+        ) from exc
     except (OSError, ValueError) as exc:
         raise InputError(f"{path} cannot be read: {exc}: collect into another folder") from exc
     if not lines or not isinstance(lines[0], dict) or lines[0].get("schema") != SCHEMA:

@@ -13,7 +13,7 @@ from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["TRAFFIC_FILE", "Request", "earlier_views", "missing_views"]
+__all__ = ["TRAFFIC_FILE", "Request", "check_begun", "earlier_views", "missing_views"]
 
 TRAFFIC_FILE = "traffic.jsonl"
 
@@ -51,6 +51,8 @@ class Request:
     """Of what is explored: the tour has a target and no views, or neither for an area."""
     area: tuple[float, float, float, float] | None = None
     """That is explored: x and y of its lowest corner, width and height, metres."""
+    until: str | None = None
+    """The goal of what is explored, in words."""
     heard: Heard | None = None
     """Is given what the sonars say while the robot drives."""
 
@@ -59,6 +61,7 @@ def earlier_views(request: Request) -> tuple[Taken, ...]:
     """The views that are there already; InputError for a folder that holds something else."""
     folder = request.folder
     if request.resume:
+        check_begun(folder)
         about, taken = read_record(folder)
         if about.get("tour") != request.tour.name:
             raise InputError(
@@ -78,6 +81,12 @@ def earlier_views(request: Request) -> tuple[Taken, ...]:
     if others:
         raise InputError(f"{folder} holds {others[0]}: give an empty folder with -o")
     return ()
+
+
+def check_begun(folder: Path) -> None:
+    """InputError for a folder that holds no collection to go on with."""
+    if not (folder / LOG_FILE).is_file():
+        raise InputError(f"{folder} holds no collection to go on with: leave out --resume")
 
 
 def missing_views(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:

@@ -291,6 +291,8 @@ def _about(
     explored: dict[str, object] = {} if around is None else {"explore": around.to_json()}
     if request.area is not None:
         explored["area"] = list(request.area)
+    if request.until is not None:
+        explored["until"] = request.until
     return {
         "tour": request.tour.name,
         "robot": robot,

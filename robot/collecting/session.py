@@ -15,10 +15,12 @@ import numpy as np
 from facetlog.errors import DeviceError, FacetlogError
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.checks import Quality, faults_of, quality_of
+from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.camera.source import FrameSource
 from facetlog.robot.collecting.drive import MobileBase, RobotView, WayBlockedError
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.option_words import resumed_from, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.route import Circle, shortest_route
@@ -218,14 +220,16 @@ def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> I
 
 
 def _end_early(rig: Rig, record: Record, listener: Listener, ended: Ended, total: int) -> Ended:
-    """Stops, writes the end and reports it; the same with the robot's place. Raises nothing: the
-    first fault counts.
+    """Stops, writes the end and reports it; the same with the robot's place, and its fault worded
+    for who goes on. Raises nothing: the first fault counts.
     """
     ended = replace(ended, robot=rig.base.last_place)
     # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
     with suppress(FacetlogError, KeyboardInterrupt):
         robot = rig.base.place(rig.base.stand(0.0))
         ended = replace(ended, robot=robot, stands=True)
+    if ended.fault is not None:
+        ended = replace(ended, fault=worded(ended.fault, resumed_from(ended.robot)))
     with suppress(FacetlogError):
         record.note(ended.to_json())
     # A terminal that was closed takes no line any more.
@@ -297,17 +301,26 @@ def _shoot(
     optics.check(frame.image)
     quality = quality_of(frame.image)
     faults = faults_of(quality, others)
+    notes = _silence_noted(frame)
     if not faults:
-        return frame.image, quality, []
+        return frame.image, quality, notes
     again = camera.shot(max(frame.arrived, after), SHOT_TIMEOUT)
+    notes += _silence_noted(again)
     second = quality_of(again.image)
     still = faults_of(second, others)
     if not still:
-        return again.image, second, [f"taken twice, the first was {'; '.join(faults)}"]
+        return again.image, second, [*notes, f"taken twice, the first was {'; '.join(faults)}"]
     # Neither is good: fewer faults go before more, then the sharper one.
     if (len(still), second.blur) < (len(faults), quality.blur):
-        return again.image, second, [f"{fault}, twice; kept" for fault in still]
-    return frame.image, quality, [f"{fault}, twice; kept" for fault in faults]
+        return again.image, second, [*notes, *(f"{fault}, twice; kept" for fault in still)]
+    return frame.image, quality, [*notes, *(f"{fault}, twice; kept" for fault in faults)]
+
+
+def _silence_noted(frame: Frame) -> list[str]:
+    """What to say of a camera that gave no picture for a while before this one."""
+    if not frame.silent:
+        return []
+    return [f"no picture came from the camera for {frame.silent:.0f} s before this one; it goes on"]
 
 
 def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:

@@ -40,7 +40,8 @@ NOBODY = ["collect", "tcp:127.0.0.1:1", "-o"]
         (["--explore", "--area", "0,0,3,3", "--until", "box >= 60%"], "--until does not go with"),
         (["--explore", "--area", "0,0,3,3", "--keep-out", "0.5"], "--keep-out of an area is X,Y,"),
         (["--explore", "--area", "0,0,3,3", "--max-views", "2"], "a face needs 3 views"),
-        (["--explore", "--area", "0,0,3,3", "--dry-run"], "holds no collection"),
+        (["--explore", "--area", "0,0,3,3", "--dry-run"], "no collection: --dry-run goes"),
+        (["--explore", "--area", "0,0,3,3", "--resume"], "to go on with: leave out --resume"),
     ],
 )
 def test_options_that_say_no_area_are_refused_in_one_line(

@@ -54,6 +54,10 @@ def test_a_block_is_explored_and_the_next_choice_is_told_without_a_robot(
     assert explored["reason"] == reason[1]
 
     # No robot answers there: none is asked. Of a block it is sure that it is no chair.
+    folder = ["collect", "tcp:127.0.0.1:1", "-o", str(out), "--explore", "--dry-run"]
+    # The goal is that of the run, unless another is given.
+    assert main(folder) == 1
+    assert "20% wanted" in capsys.readouterr().out
     argv = ["collect", "tcp:127.0.0.1:1", *options, "--dry-run", "--json"]
     code = main([*argv, "--until", "box >= 100%"])
     line = json.loads(capsys.readouterr().out)

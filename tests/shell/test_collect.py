@@ -13,11 +13,13 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.commands.collect import _ProgressLines
+from facetlog.commands.collect_explored import recorded_goal
 from facetlog.commands.robot_options import ended_by_signals
 from facetlog.perception.types import Pose
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.pose2 import Pose2
+from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
@@ -44,7 +46,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--keep-out", "1,2"], "give RADIUS, or X,Y,RADIUS"),
         (["--tour", "paper", "--keep-out", "-1"], "a radius is above 0"),
         (["--tour", "paper", "--keep-out", "1", "--keep-out", "2"], "each is X,Y,RADIUS"),
-        (["--tour", "paper", "--resume"], "give by --start X,Y,HEADING_DEG where the robot stands"),
+        (["--tour", "paper", "--resume"], "no collection to go on with: leave out --resume"),
         (["--tour", "paper", "--head-port", "aux9"], "--head-port 'aux9': give aux1, aux2 or aux3"),
         (["--tour", "paper", "--head-unheard"], "a sony-evi-d30 answers, leave it out"),
         (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),
@@ -123,6 +125,15 @@ def test_a_collection_is_not_overwritten(
     options = ["--unit", "mm", "-o", str(tmp_path), "--resume", "--start", "0,0,0"]
     assert main(["collect", "tcp:127.0.0.1:1", "--tour", str(tour), *options]) == 2
     assert "was collected for tour 'paper'" in _refusal(capsys)
+
+
+def test_the_goal_of_a_folder_is_that_of_its_last_run(tmp_path: Path) -> None:
+    begun: dict[str, object] = {"schema": "facetlog-collect/1", "tour": "explore 1,2,0"}
+    runs = [{**begun, "until": "table >= 90%"}, {"result": "ended", "taken": 0}]
+    for lines, goal in ((runs, Goal("table", 0.9)), ([*runs, begun], None)):
+        text = "".join(json.dumps(line) + "\n" for line in lines)
+        (tmp_path / "collect.jsonl").write_text(text, encoding="utf-8")
+        assert recorded_goal(tmp_path) == goal
 
 
 def test_the_place_where_a_collection_ended_is_told_to_who_goes_on(

@@ -12,12 +12,12 @@ from facetlog.commands.robot_words import (
     COLLECT_AGAIN,
     MOUNT_AGAIN,
     early_end_line,
-    worded,
     wording_errors,
 )
 from facetlog.errors import DeviceError, DeviceTimeout, EngineError, InputError
 from facetlog.robot.collecting import run
 from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.option_words import worded
 from facetlog.robot.collecting.plan import Plan
 from facetlog.robot.collecting.record import Record
 from facetlog.robot.collecting.request import Request
@@ -55,6 +55,15 @@ CLEAR = "; then call clear_stop() to drive on"
         ),
         ("pull it out, then switch the motors on", "pull it out, then AGAIN"),
         (f"wheel stalled: free the robot{CLEAR}", "wheel stalled: free the robot; then AGAIN"),
+        (
+            "press the MOTORS button or call enable_motors(); see that the STOP button is out",
+            "press the MOTORS button; see that the STOP button is out, then AGAIN",
+        ),
+        (
+            "press the MOTORS button or call enable_motors(); see that the STOP button is out; "
+            "then go on with --resume",
+            "press the MOTORS button; see that the STOP button is out; then AGAIN",
+        ),
         ("free it, then go on with --resume", "free it, then AGAIN"),
         ("release it, then --resume", "release it, then AGAIN"),
         ("say what it is like with model= (p2dx)", "say what it is like with --model (p2dx)"),
@@ -67,6 +76,7 @@ def test_what_to_do_is_said_in_options(said: str, shown: str, again: str) -> Non
     fault = worded(DeviceTimeout(said), again)
     assert isinstance(fault, DeviceTimeout)
     assert str(fault) == shown.replace("AGAIN", again)
+    assert str(worded(fault, again)) == str(fault)
     with pytest.raises(DeviceTimeout, match=re.escape(str(fault))), wording_errors(again):
         raise DeviceTimeout(said)
 
@@ -95,7 +105,9 @@ def test_collect_says_what_to_do_before_and_on_the_way(
     assert main(argv) == 3
     assert shown in capsys.readouterr().err
 
-    ended = Ended(0, 3, FAULT, Pose2(1.5, 0.25, math.radians(-251.6)), stands=True)
+    again = "go on with --resume --start 1.500,0.250,108.4"
+    stands = Pose2(1.5, 0.25, math.radians(-251.6))
+    ended = Ended(0, 3, worded(FAULT, again), stands, stands=True)
 
     def ends(_: Request, listener: Listener) -> Collected:
         listener.ended_early(ended, 0, 3)
@@ -131,7 +143,12 @@ def test_collect_says_what_to_do_before_and_on_the_way(
             "1 of at most 24 views are there",
         ),
         (
-            Ended(1, 3, InputError("no room: make room, then go on with --resume"), Pose2()),
+            Ended(
+                1,
+                3,
+                InputError("no room: make room, then go on with --resume --start 0.000,0.000,0.0"),
+                Pose2(),
+            ),
             "no room: make room, then go on with --resume --start 0.000,0.000,0.0 (where it was "
             "last heard, and may have gone on); 1 of at most 24 views are there",
         ),
@@ -172,7 +189,9 @@ def test_what_is_raised_on_the_way_is_said_once_in_the_last_line(
         "go on with --resume --start 1.500,0.250,0.0 (where it stands by odometry); "
         "0 of 3 views are there"
     )
-    assert json.loads((tmp_path / "collect.jsonl").read_text().splitlines()[-1])["fault"]
+    # The log has it in the same words.
+    recorded = json.loads((tmp_path / "collect.jsonl").read_text().splitlines()[-1])["fault"]
+    assert line.startswith(f"facetlog: {recorded}")
 
 
 def test_an_interrupt_before_the_robot_answers_is_one_word(

@@ -22,6 +22,7 @@ from facetlog.commands.collect_area import (
 )
 from facetlog.commands.collect_checks import (
     asked_tour,
+    check_explored,
     checked_explore,
     checked_order,
     circles_in,
@@ -36,6 +37,7 @@ from facetlog.commands.collect_explored import (
     Target,
     Until,
     explorer_of,
+    recorded_goal,
 )
 from facetlog.commands.collect_explored import dry_run as say_next
 from facetlog.commands.map import map_lines
@@ -64,8 +66,6 @@ from facetlog.commands.robot_options import (
 from facetlog.commands.robot_words import (
     COLLECT_AGAIN,
     early_end_line,
-    resumed_from,
-    worded,
     wording_errors,
 )
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -155,7 +155,7 @@ def collect_command(
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
-    from facetlog.robot.collecting.request import Request
+    from facetlog.robot.collecting.request import Request, check_begun
 
     short = checked_order(order, explore=explore)
     begin = parsed_start(start)
@@ -177,12 +177,16 @@ def collect_command(
     if room is None and (resume or dry_run):
         refuse_area(out)
     if explore and dry_run:
+        check_explored(out)
+        goal = goal or recorded_goal(out)
         with ended_by_signals(), ExitStack() as stack:
             verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)
             if room is not None:
                 going_on = area_explorer(verdicts, room, most, out, resume=True)
                 return say_next(out, going_on, as_json=as_json)
             return say_next(out, explorer_of(verdicts, goal, most), as_json=as_json)
+    if resume:
+        check_begun(out)
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
@@ -211,6 +215,7 @@ def collect_command(
         model=model,
         baud=baud,
         area=room,
+        until=until,
     )
     with ended_by_signals(), ExitStack() as stack:
         recordings = Recordings(mcap, rerun)
@@ -318,11 +323,7 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
             raise
         code = exc.exit_code if isinstance(exc, FacetlogError) else INTERRUPTED
         raise typer.Exit(code) from exc
-    ended = collected.ended
-    if ended.fault is None:
-        return collected
-    fault = worded(ended.fault, resumed_from(ended))
-    return replace(collected, ended=replace(ended, fault=fault))
+    return collected
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "ViewVerdict | None":

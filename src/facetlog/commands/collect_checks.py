@@ -13,7 +13,14 @@ if TYPE_CHECKING:
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
 
-__all__ = ["asked_tour", "checked_explore", "checked_order", "circles_in", "where_it_stood"]
+__all__ = [
+    "asked_tour",
+    "check_explored",
+    "checked_explore",
+    "checked_order",
+    "circles_in",
+    "where_it_stood",
+]
 
 ORDERS = ("given", "short")
 
@@ -60,6 +67,14 @@ def checked_explore(
     if not dry and not of_area:
         _check_target(target, keep_out)
     return checked_goal(until, most)
+
+
+def check_explored(folder: Path) -> None:
+    """InputError for a folder without a collection, of which --dry-run says what comes next."""
+    from facetlog.robot.collecting.record import LOG_FILE
+
+    if not (folder / LOG_FILE).is_file():
+        raise InputError(f"{folder} holds no collection: --dry-run goes on from one")
 
 
 def _check_target(target: str | None, keep_out: list[str] | None) -> None:
@@ -110,7 +125,8 @@ def asked_tour(
 
 def where_it_stood(folder: Path) -> str:
     """Where an earlier run left the robot, as a hint for --start."""
-    from facetlog.robot.collecting.last_place import last_place, stated_pose
+    from facetlog.robot.collecting.last_place import last_place
+    from facetlog.robot.collecting.option_words import stated_pose
 
     try:
         last = last_place(folder)

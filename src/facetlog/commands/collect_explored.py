@@ -31,6 +31,7 @@ __all__ = [
     "checked_goal",
     "dry_run",
     "explorer_of",
+    "recorded_goal",
     "target_tour",
 ]
 
@@ -84,6 +85,15 @@ def checked_goal(until: str | None, most: int) -> "Goal | None":
     return None if until is None else Goal.parse(until)
 
 
+def recorded_goal(folder: Path) -> "Goal | None":
+    """The goal of a folder's last run, None of one without; InputError for another folder."""
+    from facetlog.robot.collecting.record import read_log
+    from facetlog.stream import Goal
+
+    until = [line.get("until") for line in read_log(folder) if "schema" in line][-1]
+    return None if until is None else Goal.parse(str(until))
+
+
 def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Explorer":
     """Who chooses, with the verdicts of the process that judges."""
     from facetlog.exploring.explorer import Explorer
@@ -98,10 +108,8 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     """
     from facetlog.mapping.place import is_area
     from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, Finished, place_sd
-    from facetlog.robot.collecting.record import LOG_FILE, read_log, read_record
+    from facetlog.robot.collecting.record import read_log, read_record
 
-    if not (folder / LOG_FILE).is_file():
-        raise InputError(f"{folder} holds no collection: --dry-run goes on from one")
     lines = read_log(folder)
     around = Around.recorded(lines)
     _, taken = read_record(folder)

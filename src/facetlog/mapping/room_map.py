@@ -66,13 +66,16 @@ def map_of(
 ) -> RoomMap:
     """The map of what collections' folders hold; `side` is that of a cell of the floor, metres.
 
-    Its floor is that of an `area` (x and y of its lowest corner, width, height), or of all that was
-    seen. With `aligned` their worlds count as one though nobody said so. InputError for a folder
-    that is no collection's, or where worlds are not known to be one.
+    Its floor is that of an `area` (x and y of its lowest corner, width, height), or of the one that
+    all visits explored, or of all that was seen. With `aligned` their worlds count as one though
+    nobody said so. InputError for a folder that is no collection's, or where worlds are not known
+    to be one.
     """
     visits = [_visit(folder) for folder in dict.fromkeys(folders)]
     if not aligned:
         check_aligned(visits)
+    if area is None and len(areas := {visit.area for visit in visits}) == 1:
+        (area,) = areas
     parts: list[ScenePart] = []
     notes: list[str] = []
     names = _names(visits)

@@ -56,6 +56,8 @@ class Visit:
     driven: Driven = NOT_LOGGED
     places: tuple[Place, ...] = ()
     """Of an area that was explored."""
+    area: tuple[float, float, float, float] | None = None
+    """That was explored: x and y of its lowest corner, width and height, in the world, metres."""
 
     @property
     def name(self) -> str:
@@ -77,6 +79,7 @@ def read_visit(folder: Path) -> Visit:
         _is_stated(runs[0]) if runs else False,
         driven(folder, tuple(run_start(run, folder) for run in runs)),
         places_of(lines),
+        _area_of(runs),
     )
 
 
@@ -86,6 +89,15 @@ def _is_stated(run: Mapping[str, object]) -> bool:
         return stated
     # Collections from before that was recorded: the default is the world's origin.
     return run.get("start") not in ([0.0, 0.0, 0.0], [0, 0, 0])
+
+
+def _area_of(runs: Sequence[Mapping[str, object]]) -> tuple[float, float, float, float] | None:
+    """The area that was explored; all runs of a folder have the same."""
+    area = next((run["area"] for run in runs if "area" in run), None)
+    if not isinstance(area, list):
+        return None
+    x, y, width, height = (float(str(each)) for each in area)
+    return x, y, width, height
 
 
 def check_aligned(visits: Sequence[Visit]) -> None:

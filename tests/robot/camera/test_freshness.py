@@ -40,6 +40,21 @@ def test_a_camera_without_noise_may_repeat_itself() -> None:
     assert newest.taken(1.5) is not None
 
 
+def test_a_silence_is_said_once_with_the_next_frame_that_is_taken() -> None:
+    newest = LatestFrame("c", latency=0.5, noisy=True)
+    newest.put(_image(1), 1.0)
+    newest.put(_image(2), 8.0, silent=7.0)
+    assert newest.taken(after=7.9) is None
+    newest.put(_image(3), 8.5)
+    frame = newest.taken(after=7.9)
+    assert frame is not None
+    assert (frame.arrived, frame.silent) == (8.5, 7.0)
+    newest.put(_image(4), 9.5)
+    after = newest.taken(after=8.9)
+    assert after is not None
+    assert after.silent == 0.0
+
+
 def test_a_waiter_gets_the_frame_that_comes_meanwhile() -> None:
     newest = LatestFrame("c", latency=0.0, noisy=True)
     timer = threading.Timer(0.05, newest.put, (_image(1), 5.0))

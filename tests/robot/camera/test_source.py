@@ -106,6 +106,24 @@ def test_a_camera_that_goes_away_is_opened_again() -> None:
     assert captures[1].released
 
 
+def test_a_camera_that_was_away_says_for_how_long_no_picture_came(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pause = source_module.REOPEN_PAUSE
+    monkeypatch.setattr(source_module, "READ_TIMEOUT_MS", 1000 * pause)
+    lost = ScriptedCapture(iter([_picture(1), None]))
+    opened = iter([lost, ScriptedCapture(_endless(2))])
+    opening: Callable[[], Any] = lambda: next(opened)  # noqa: E731
+    source = VideoSource(opening, "scripted", latency=0.0)
+    try:
+        deadline = time.monotonic() + PATIENCE
+        while not lost.released and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert source.shot(time.monotonic(), PATIENCE).silent > pause
+    finally:
+        source.close()
+
+
 def test_a_camera_that_cannot_be_opened_is_reported() -> None:
     capture = ScriptedCapture(_endless())
     capture.release()
@@ -115,13 +133,14 @@ def test_a_camera_that_cannot_be_opened_is_reported() -> None:
 
 class Camera:
     """An HTTP camera: / is MJPEG, /frame.jpg a still; `held` keeps its picture as it is, and while
-    it `starts` it has none.
+    it `starts` it has none, nor for so many `refusals`.
     """
 
     def __init__(self) -> None:
         self.held = False
         self.cut = False
         self.starts = False
+        self.refusals = 0
         self.count = 0
         self.url = ""
 
@@ -138,7 +157,8 @@ def _serving() -> Iterator[Camera]:
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
-            if camera.starts:
+            if camera.starts or camera.refusals:
+                camera.refusals = max(camera.refusals - 1, 0)
                 self.send_error(503)
                 return
             if self.path != "/":
@@ -201,6 +221,14 @@ def test_a_still_is_requested_when_it_is_needed() -> None:
         frame = source.shot(time.monotonic(), PATIENCE)
         assert camera.count == before + 1
         assert _number(frame.image) == camera.count % 12
+
+
+def test_a_still_that_comes_late_says_how_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source_module, "READ_TIMEOUT_MS", 1000 * source_module.STILL_PAUSE)
+    with _serving() as camera:
+        source = open_camera(camera.url + "/frame.jpg", latency=0.0)
+        camera.refusals = 2
+        assert source.shot(time.monotonic(), PATIENCE).silent > 2 * source_module.STILL_PAUSE
 
 
 def test_a_still_that_never_changes_is_frozen() -> None:

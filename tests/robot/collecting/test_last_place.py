@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.robot.collecting.last_place import last_place, stated_pose
+from facetlog.robot.collecting.last_place import last_place
+from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.record import LOG_FILE
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.pioneer.pioneer import Pioneer

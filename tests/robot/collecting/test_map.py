@@ -16,13 +16,17 @@ from facetlog.robot.collecting.map_labels import Box, placed
 from facetlog.robot.collecting.map_picture import (
     AREA,
     MARGIN_PX,
+    RIM,
+    ROBOT,
     SEEN,
     SIGHT,
     TARGET,
     Entry,
     Floor,
+    _Canvas,
     _entries,
     _in_rows,
+    _robot,
     _size,
     map_png,
 )
@@ -91,6 +95,21 @@ def test_where_no_place_is_free_the_least_is_covered() -> None:
     assert box.outside(100, 100) == 0
 
 
+@pytest.mark.parametrize("heading_deg", range(0, 360, 25))
+def test_words_keep_clear_of_all_of_an_arrow(heading_deg: int) -> None:
+    legend = _entries(1, Floor((), None, 0.25), found=False)
+    canvas = _Canvas(np.array([(-1.0, -1.0), (1.0, 1.0)]), legend)
+    view = taken(Pose2(0.1, -0.2, math.radians(heading_deg)), 0.0)
+    boxes = _robot(canvas, view, 0.25)
+    # The rim, which is light, may be crossed.
+    rows, columns = np.nonzero(canvas.image[:, :, 0] < (ROBOT[0] + RIM[0]) / 2)
+    assert len(rows) > 100
+    for x, y in zip(columns.tolist(), rows.tolist(), strict=True):
+        assert any(
+            b.left <= x <= b.left + b.width and b.top <= y <= b.top + b.height for b in boxes
+        )
+
+
 def test_words_of_the_width_that_opencv_draws_fit_their_boxes() -> None:
     """Boxes hold the letters above the line; what hangs below it is within the gap."""
     (width, height), below = cv2.getTextSize("t1 is a box (73%)", cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
@@ -101,15 +120,18 @@ def test_words_of_the_width_that_opencv_draws_fit_their_boxes() -> None:
 TARGET_AT = np.array([1.0, 0.5, 0.0])
 
 
-def drawn(floor: Floor, *, tilt: float = -0.3) -> Image:
-    """The map of one view of a robot at the origin; at a tilt of 0 it looks far beyond the map."""
-    place, gaze = Pose2(), Gaze(0.0, tilt)
-    pose = camera_pose(place, DEFAULT_MOUNT, gaze)
+def taken(place: Pose2, tilt: float) -> Taken:
+    """A view of a robot that stands there."""
+    pose = camera_pose(place, DEFAULT_MOUNT, Gaze(0.0, tilt))
     sharp = Quality(1.0, 1.0, 0.0)
     covariance = 1e-4 * np.eye(6)
-    view = Taken(1, "1.png", pose, covariance, place, place, 0.0, tilt, 0, 1.0, sharp)
-    path = (Pose2(-0.5, 0.0), place)
-    data = map_png(path, (view,), floor, Optics(CAMERA))
+    return Taken(1, "1.png", pose, covariance, place, place, 0.0, tilt, 0, 1.0, sharp)
+
+
+def drawn(floor: Floor, *, tilt: float = -0.3) -> Image:
+    """The map of one view of a robot at the origin; at a tilt of 0 it looks far beyond the map."""
+    path = (Pose2(-0.5, 0.0), Pose2())
+    data = map_png(path, (taken(Pose2(), tilt),), floor, Optics(CAMERA))
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
     return image

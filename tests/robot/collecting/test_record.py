@@ -231,7 +231,9 @@ def test_a_record_that_cannot_be_read_is_reported(tmp_path: Path, text: str, sai
 
 
 def test_a_folder_without_a_collection_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no collection to go on with: leave out --resume"):
+    with pytest.raises(
+        InputError, match="holds no collection: give what `facetlog collect` has left"
+    ):
         read_record(tmp_path)
 
 

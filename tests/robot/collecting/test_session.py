@@ -15,10 +15,10 @@ from facetlog.perception.types import Image
 from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.last_place import stated_pose
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
@@ -246,6 +246,22 @@ def test_a_blurred_picture_is_taken_again(tmp_path: Path) -> None:
     assert note.startswith("taken twice, the first was blurred")
     first, last = (scene.heard.views[i].quality.across for i in (0, -1))
     assert last == pytest.approx(first, rel=0.5)
+
+
+def test_a_camera_that_was_silent_for_a_while_is_noted_once(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    shot = scene.camera.shot
+
+    def late(after: float, timeout: float) -> Frame:
+        frame = shot(after, timeout)
+        return replace(frame, silent=7.2) if len(scene.camera.shots) == 2 else frame
+
+    scene.camera.shot = late  # type: ignore[method-assign]
+    ended = collect(scene.rig, scene.plan(1, 2, 3, 4).stops, scene.record, scene.heard)
+    said = "no picture came from the camera for 7 s before this one; it goes on"
+    assert ended.fault is None
+    assert [view.notes for view in scene.record.taken] == [(), (said,), (), ()]
+    assert scene.heard.warnings == [f"{scene.record.taken[1].name}: {said}"]
 
 
 def test_what_stays_bad_is_kept_and_noted(tmp_path: Path) -> None:
