@@ -59,12 +59,23 @@ def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
     def sure(verdict: _Verdict) -> float:
         return (verdict.confidence or 0.0) if counted else verdict.degree
 
-    held = {(v.thing, v.model): sure(v) for v in holding}
+    held = {(v.thing, v.model): v for v in holding}
+
+    def after(verdict: _Verdict) -> dict[tuple[str, str], _Verdict]:
+        # What holds and stands after it, also by way of others.
+        found: dict[tuple[str, str], _Verdict] = {}
+        further = [verdict]
+        while further:
+            one = further.pop()
+            others = one.specialises + (one.rather_than if one.degree > EVEN else ())
+            new = {(one.thing, model) for model in others} & held.keys() - found.keys()
+            found |= {key: held[key] for key in new}
+            further += [held[key] for key in new]
+        return found
 
     def standing(verdict: _Verdict) -> tuple[float, int, float]:
         # As probable as what it goes before, and before that.
-        after = verdict.specialises + (verdict.rather_than if verdict.degree > EVEN else ())
-        known = [held[key] for model in after if (key := (verdict.thing, model)) in held]
-        return -max((sure(verdict), *known)), -len(known), -verdict.degree
+        behind = after(verdict)
+        return -max(map(sure, (verdict, *behind.values()))), -len(behind), -verdict.degree
 
     return sorted(holding, key=standing)

@@ -135,7 +135,7 @@ class OnlineScene:
         return self._key.views
 
     def finish(self, *, polish: bool) -> str:
-        """The scene with what each of the kept views saw, polished first or not.
+        """Completes the scene by what each of the kept views saw, and polishes it first or not.
 
         To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
         corners together. If no view was let go the scene is then that of all views at once; else it

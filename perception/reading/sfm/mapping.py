@@ -19,7 +19,7 @@ from facetlog.python_process import importing_environment, python_module
 
 __all__ = ["can_map", "map_pictures"]
 
-PROGRAM = (*python_module("facetlog.perception.reading.sfm.mapper"),)
+PROGRAM = python_module("facetlog.perception.reading.sfm.mapper")
 LAST_WORDS = 300
 """Characters of what a program that failed wrote at the end."""
 

@@ -102,10 +102,10 @@ class AreaExplorer:
         taken = visit.taken
         there = {view.name for view in taken}
         self._sweeps.resume(line for line in lines if line.get("image") in there)
-        ends = ends_of(lines)
+        ends, parts = ends_of(lines), parts_of(lines)
         for place in places_of(lines):
             group = self._add_group(np.array([place.x, place.y]), place.reach)
-            group.part = place.number in parts_of(lines)
+            group.part = place.number in parts
             group.names = [name for name in place.names if name in there]
             own, end = group.taken(taken), ends.get(group.number, End())
             group.retried = end.retried

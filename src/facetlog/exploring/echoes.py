@@ -6,7 +6,7 @@ is one with it: where that is too large to be looked at from round it, its halve
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -23,20 +23,20 @@ FEWEST_ECHOES = 5.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Echo:
-    """A cluster of cells, whose middles are `places` (n, 2): the `middle` (2,) of their extents,
-    and how far it `reach`es from there, m.
-    """
+    """A cluster of cells of a `side` (m), whose middles are `places` (n, 2)."""
 
     places: FloatArray
     side: float
-    middle: FloatArray = field(init=False)
-    reach: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        middle = (self.places.min(axis=0) + self.places.max(axis=0)) / 2
-        away = float(np.linalg.norm(self.places - middle, axis=1).max())
-        object.__setattr__(self, "middle", middle)
-        object.__setattr__(self, "reach", away + self.side / 2)
+    @property
+    def middle(self) -> FloatArray:
+        """The middle (2,) of their extents."""
+        return np.asarray((self.places.min(axis=0) + self.places.max(axis=0)) / 2)
+
+    @property
+    def reach(self) -> float:
+        """How far they reach from there, m."""
+        return float(np.linalg.norm(self.places - self.middle, axis=1).max()) + self.side / 2
 
     @property
     def nearest(self) -> FloatArray:

@@ -67,3 +67,10 @@ def test_a_name_goes_before_no_other_things_name() -> None:
     box = _Verdict("box", HOLDS, 1.0, 0.84, thing="t2")
     cabinet = _Verdict("cabinet", HOLDS, 1.0, 0.82, rather_than=("box",))
     assert [v.model for v in best_first((cabinet, box))] == ["box", "cabinet"]
+
+
+def test_a_special_case_goes_before_what_its_general_model_goes_before() -> None:
+    box = _Verdict("box", HOLDS, 1.0, 0.84)
+    cabinet = _Verdict("cabinet", HOLDS, 0.9, 0.82, rather_than=("box",))
+    wardrobe = _Verdict("wardrobe", HOLDS, 0.9, 0.8, ("cabinet",))
+    assert [v.model for v in best_first((box, cabinet, wardrobe))] == ["wardrobe", "cabinet", "box"]
