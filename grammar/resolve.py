@@ -233,9 +233,22 @@ class _Resolver:
                 self._fault("cycle", f"`{model.name}` cannot go before itself", other, file)
             elif known is None:
                 self._no_model(other, file)
-            elif model.name.text in {name.text for name in known[0].rather_than}:
-                message = f"`{model.name}` and `{other}` go before each other"
+            elif model.name.text in self._behind(other.text):
+                message = f"`{other}` goes before `{model.name}`, too"
                 self._fault("cycle", message, other, file, "one of them has to stand first")
+
+    def _behind(self, name: str) -> set[str]:
+        """Whose names stand after a model's, also by way of others."""
+        found: set[str] = set()
+        further = [name]
+        while further:
+            model, _ = self.written[further.pop()]
+            others = {other.text for other in model.rather_than}
+            if model.ancestry is s.Ancestry.IS and model.parent is not None:
+                others.add(model.parent.text)
+            further += (others & self.written.keys()) - found
+            found |= others
+        return found
 
     def _no_model(self, name: s.Name, file: s.File) -> None:
         hint = said(name.text, self.written) or "`use` the file that defines it"

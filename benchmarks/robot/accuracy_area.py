@@ -30,16 +30,16 @@ from facetlog.exploring.needs import Interest
 from facetlog.mapping.room_map import ScenePart
 from facetlog.mapping.same_thing import MappedThing
 from facetlog.pipeline import open_models
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.keep_out import CLEARANCE
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS
 from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.body.dynamics import MotionErrors
 from facetlog.robot.tour import tour_camera

@@ -29,14 +29,14 @@ from facetlog.mapping.same_thing import MappedThing
 from facetlog.perception.types import Pose, View
 from facetlog.pipeline import open_models
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.kinematics import camera_pose, stand_for
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.plan import Reach, Stop, stop_for
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
 from facetlog.robot.collecting.route import Circle, Route, route_length, shortest_route
 from facetlog.robot.collecting.tour_file import TourView
 from facetlog.robot.head.sony_models import EVI_D30
+from facetlog.robot.mount.kinematics import camera_pose, stand_for
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.views import views_of, with_drift
 from facetlog.robot.rendering.worlds import INCH

@@ -17,8 +17,6 @@ from facetlog.perception.estimation.pose_refinement.refine_poses import with_ref
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, Pose, PoseErrors, View
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, LENGTHS, PARAMETERS, Mount
 from facetlog.robot.collecting.next_stop import Around, place_sd
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Taken
@@ -27,6 +25,8 @@ from facetlog.robot.collecting.route import Circle, Route, shortest_route
 from facetlog.robot.collecting.session import pose_covariance_at
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, LENGTHS, PARAMETERS, Mount
 from facetlog.robot.pioneer.odometry import Odometry
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pose2 import Pose2, wrapped

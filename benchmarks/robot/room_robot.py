@@ -15,10 +15,10 @@ from benchmarks.robot.rooms import Room
 from facetlog.errors import DeviceTimeout
 from facetlog.perception.types import Image, Pose
 from facetlog.robot.camera.freshness import Frame
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.head.head import HeadLimits, HeadState
 from facetlog.robot.head.sony_models import EVI_D30
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pioneer.state import RobotState, StateMaker
 from facetlog.robot.pose2 import Pose2

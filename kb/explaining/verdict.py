@@ -9,7 +9,13 @@ from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
-from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_line, verdict_lines
+from facetlog.kb.explaining.verdict_text import (
+    holding_text,
+    miss_lines,
+    summary,
+    summary_line,
+    verdict_lines,
+)
 from facetlog.kb.explaining.wording import LOOKING_SETTLES_NOT
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
@@ -266,7 +272,7 @@ class Recognition:
         return bool(self.best)
 
     def __repr__(self) -> str:
-        found = "; ".join(verdict.summary for verdict in self.best) or "no model holds"
+        found = holding_text(verdict.summary for verdict in self.best)
         return f"<Recognition of {self.scene}: {found}>"
 
     def lines(self, *, full: bool = False) -> Iterator[str]:

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
 
 __all__ = [
+    "NO_MODEL",
     "WIDTH",
+    "holding_text",
     "mark",
     "miss_lines",
     "parts_text",
@@ -34,6 +36,9 @@ __all__ = [
 WIDTH = 100
 """Characters of a line, except where the author's own words are longer."""
 
+NO_MODEL = "no model matches"
+"""What is said where nothing holds."""
+
 # A degree that is written as 100 % says nothing that the verdict does not.
 CERTAIN = 0.995
 
@@ -42,6 +47,11 @@ LAPSED = "~"
 """Stands before what a model expects, and is not so: it lowers the degree, and fails nothing."""
 
 _OF_SEVERAL = CAUSES | {UNSEEN: "a face that they need was not seen"}
+
+
+def holding_text(best: Iterable[str]) -> str:
+    """What holds, a sentence for each, on one line; that no model matches where there is none."""
+    return "; ".join(best) or NO_MODEL
 
 
 def summary(verdict: "Verdict") -> str:

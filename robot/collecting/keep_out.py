@@ -6,7 +6,6 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.next_stop import Around, reach_of_mount
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.request import Request
@@ -14,6 +13,7 @@ from facetlog.robot.collecting.ring_views import bearing
 from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
+from facetlog.robot.mount.mount import Mount
 
 __all__ = ["CLEARANCE", "check_keep_out", "circles_for_the_middle", "rings_round_target"]
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Pose
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import FrameSource
-from facetlog.robot.collecting.board import Board, Corners, straight_pixels
 from facetlog.robot.collecting.drive import MobileBase, RobotView
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at
-from facetlog.robot.collecting.mount import Mount
-from facetlog.robot.collecting.mount_fit import Sighting, board_place
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.head.head import HeadState, PanTiltHead
+from facetlog.robot.mount.board import Board, Corners, straight_pixels
+from facetlog.robot.mount.fit import Sighting, board_place
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["BoardRig", "stations_before", "take_sightings"]

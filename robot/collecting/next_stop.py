@@ -14,7 +14,6 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
-from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
@@ -22,6 +21,7 @@ from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadLimits
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [

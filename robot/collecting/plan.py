@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, Pose
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose, stand_for
-from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.route import (
     Circle,
     Point,
@@ -25,6 +23,8 @@ from facetlog.robot.collecting.route import (
 )
 from facetlog.robot.collecting.tour_file import Tour, TourView
 from facetlog.robot.head.head import HeadLimits
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, stand_for
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2, wrapped
 
 __all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows", "stop_for"]

@@ -25,7 +25,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.regular_file import read_regular_text
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [

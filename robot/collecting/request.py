@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import Heard
-from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.next_stop import Chooser
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.record import LOG_FILE, Taken, read_record
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.tour_file import Tour
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["TRAFFIC_FILE", "Request", "check_begun", "earlier_views", "missing_views"]

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from facetlog.perception.types import FloatArray, Pose
-from facetlog.robot.collecting.kinematics import camera_pose, stand_for
 from facetlog.robot.collecting.plan import Reach, Stop, stop_for
 from facetlog.robot.collecting.route import Route, route_length, shortest_route
 from facetlog.robot.collecting.session import HEAD_SETTLE, SETTLE
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import TourView
+from facetlog.robot.mount.kinematics import camera_pose, stand_for
 from facetlog.robot.pose2 import Pose2, wrapped
 
 __all__ = ["PLACES", "STEP", "Candidate", "bearing", "ring_candidates", "turns_along"]

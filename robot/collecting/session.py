@@ -16,15 +16,15 @@ from facetlog.errors import DeviceError, FacetlogError
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.checks import Quality, faults_of, quality_of
 from facetlog.robot.camera.freshness import Frame
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import FrameSource
 from facetlog.robot.collecting.drive import MobileBase, RobotView, WayBlockedError
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.option_words import resumed_from, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.route import Circle, shortest_route
 from facetlog.robot.head.head import PanTiltHead
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [

@@ -11,7 +11,7 @@ from typing import Protocol
 from urllib.parse import urlsplit
 
 from facetlog.errors import DeviceTimeout, InputError
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera

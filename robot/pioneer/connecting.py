@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from facetlog.errors import DeviceError, InputError
+from facetlog.robot.pioneer.exchange import SetBaud, Write
+from facetlog.robot.pioneer.handshake import BAUDS, Handshake
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.opening import Opening
 from facetlog.robot.pioneer.packets.commands import Command, plain_command
@@ -12,7 +14,6 @@ from facetlog.robot.pioneer.packets.packet import Received
 from facetlog.robot.pioneer.packets.receiver import Receiver
 from facetlog.robot.pioneer.packets.reports import Names
 from facetlog.robot.pioneer.parameters import MODELS, Parameters, parameters_of
-from facetlog.robot.pioneer.session import BAUDS, Handshake, SetBaud, Write
 from facetlog.robot.pioneer.traffic import TrafficLog
 
 __all__ = ["Connected", "connect_over", "known_model"]

@@ -7,7 +7,8 @@ before may have died at full speed, and any packet makes the robot resume it.
 from collections.abc import Sequence
 from enum import Enum, auto
 
-from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.errors import DeviceTimeout
+from facetlog.robot.pioneer.exchange import Exchange, SetBaud, Write
 from facetlog.robot.pioneer.packets.commands import (
     Command,
     command_name,
@@ -19,7 +20,6 @@ from facetlog.robot.pioneer.packets.packet import Packet, PacketError, Received
 from facetlog.robot.pioneer.packets.receiver import Receiver
 from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
-from facetlog.robot.pioneer.session import Action, SetBaud, Write
 
 __all__ = ["BAUD_CODES", "Opening"]
 
@@ -45,10 +45,9 @@ class _Phase(Enum):
     SWITCHING = auto()
     FAST = auto()
     BACK = auto()
-    OVER = auto()
 
 
-class Opening:
+class Opening(Exchange):
     """Opens the session; then `failure` is set, or `received` holds what has come meanwhile.
 
     `baud` is the line's rate and `fast_baud` the one to change to; None where there is none. The
@@ -64,45 +63,15 @@ class Opening:
         baud: int | None = None,
         fast_baud: int | None = None,
     ) -> None:
+        super().__init__(receiver, baud)
         self.configuration: Configuration | None = None
-        self.failure: DeviceError | None = None
         self.received: list[Received] = []
-        self.receiver = receiver
-        self._baud = baud
         self._switch = (baud or 0, (baud and fast_baud) or baud or 0)
         self._deaf_until = now
-        self._actions: list[Action] = []
         self._phase, self._tries = _Phase.OPENING, 1
         self._open(now)
         for each in left_over:
             self._take(each, now)
-
-    @property
-    def over(self) -> bool:
-        """Whether it has succeeded or failed."""
-        return self._phase is _Phase.OVER
-
-    @property
-    def baud(self) -> int | None:
-        """The rate in use; None where the line has none."""
-        return self._baud
-
-    def actions(self) -> list[Action]:
-        """What is to be done now, in order; each once."""
-        done, self._actions = self._actions, []
-        return done
-
-    def receive(self, data: bytes, now: float) -> None:
-        """Takes what came in; b"" if nothing did."""
-        self.advance(now)
-        received = self.receiver.feed(data, now) if data else self.receiver.idle(now) or []
-        for each in received:
-            self._take(each, now)
-
-    def advance(self, now: float) -> None:
-        """Does what is due at `now` or was before."""
-        while not self.over and now >= self.due:
-            self._late(self.due)
 
     def _write(self, *packets: Packet) -> None:
         data = b"".join(packet.to_bytes() for packet in packets)
@@ -128,7 +97,7 @@ class Opening:
             case _Phase.OPENING:
                 self._open(now)
             case _Phase.ASKING if self._tries > QUESTIONS:
-                self._phase = _Phase.OVER  # without CONFIG, as old firmware is
+                self.over = True  # without CONFIG, as old firmware is
             case _Phase.ASKING:
                 self._ask(now)
             case _Phase.SWITCHING:
@@ -172,15 +141,15 @@ class Opening:
                 self._phase, self._tries = _Phase.ASKING, 1
                 self._ask(now)
             elif self._phase is _Phase.FAST and now >= self._deaf_until:
-                self._baud = self._switch[1]
-                self._phase = _Phase.OVER
+                self.baud = self._switch[1]
+                self.over = True
             elif self._phase is _Phase.BACK:
-                self._phase = _Phase.OVER
+                self.over = True
 
     def _configured(self, now: float) -> None:
         takes_it = self.configuration is not None and self.configuration.autobaud == AUTOBAUD
         if self._switch[0] == self._switch[1] or not takes_it:
-            self._phase = _Phase.OVER
+            self.over = True
             return
         self._write(integer_command(Command.HOSTBAUD, BAUD_CODES[self._switch[1]]))
         self._phase, self._tries = _Phase.SWITCHING, 0
@@ -188,4 +157,4 @@ class Opening:
 
     def _fail(self, text: str) -> None:
         self.failure = DeviceTimeout(text)
-        self._phase = _Phase.OVER
+        self.over = True

@@ -10,7 +10,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_intrinsics,
     read_text,
 )
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.toml_text import toml_fields
 
 __all__ = ["read_optics"]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from facetlog import __version__
 from facetlog.counted import many
 from facetlog.degree_plot import write_degree_plot
+from facetlog.kb.explaining.verdict_text import NO_MODEL, holding_text
 from facetlog.output_folder import output_folder
 from facetlog.pipeline import Progress, Recognised
 from facetlog.terminal import one_line
@@ -76,7 +77,7 @@ def verdicts_text(found: Recognised, *, full: bool = False) -> str:
         many(len(scene.vertices), "vertex", "vertices"),
     )
     head = f"{one_line(scene.name)}: {', '.join(seen)}"
-    answer = () if found.recognition.best else ("no model matches",)
+    answer = () if found.recognition.best else (NO_MODEL,)
     return "\n".join([head, *answer, *found.recognition.lines(full=full)])
 
 
@@ -143,7 +144,7 @@ def _write_pictures(
     from facetlog.perception.surfaces.drawing.draw import draw_scene
 
     best = found.recognition.best
-    verdict = "; ".join(v.summary for v in best) or "no model matches"
+    verdict = holding_text(v.summary for v in best)
     parts = {face: p.role for v in reversed(best) for p in v.parts for face in p.faces}
     views = found.placed_views
     faces, solids = [], []

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, Self
 from facetlog.errors import EngineError, FacetlogError
 from facetlog.judge_questions import EndRecordings, Explore, ExplorePlace, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.mapping.room_map import ScenePart
 from facetlog.perception.first_names import named
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
-from facetlog.recordings.on_scene import NO_MODEL
 from facetlog.recordings.recorders import Recordings
 
 if TYPE_CHECKING:

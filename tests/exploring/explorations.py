@@ -13,10 +13,9 @@ from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Lead, Needs, Open
 from facetlog.mapping.sonar_beams import FARTHEST
 from facetlog.perception.types import Image
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.next_stop import Around, ChosenStops
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
 from facetlog.robot.collecting.ring_views import bearing
@@ -25,6 +24,7 @@ from facetlog.robot.collecting.session import Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import HeadState
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2

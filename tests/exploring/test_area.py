@@ -17,7 +17,6 @@ from facetlog.mapping.room_map import ScenePart
 from facetlog.mapping.visit import read_visit
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.next_stop import (
     MOST_DRIFT,
     Around,
@@ -32,6 +31,7 @@ from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import OPTICS, ROBOT, Heard, Seeing, led, log_of, picture

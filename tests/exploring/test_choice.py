@@ -16,13 +16,13 @@ from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.open_lines import UnseenSpace
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import Camera, FloatArray
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, bearing
 from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 

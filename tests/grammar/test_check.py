@@ -173,6 +173,17 @@ def test_a_model_is_not_called_like_a_word(name: str) -> None:
             "model n rather than m\n  face f\n  a: f is level\n",
             "cycle",
         ),
+        (
+            "model m rather than n\n  face f\n  a: f is level\n"
+            "model n rather than k\n  face f\n  a: f is level\n"
+            "model k rather than m\n  face f\n  a: f is level\n",
+            "cycle",
+        ),
+        (
+            "model m rather than n\n  face f\n  a: f is level\n"
+            "model n is m\n  b: f is upward\n",
+            "cycle",
+        ),
         ("model m\n  " + "face " + ", ".join(f"f{i}" for i in range(20)) + "\n  a: f1 is level\n",
          "too-many"),
     ],

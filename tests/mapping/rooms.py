@@ -12,7 +12,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.types import Pose, View
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.solids import cuboid as solid_cuboid

@@ -17,10 +17,10 @@ from facetlog.pipeline import open_models
 from facetlog.recordings.candidate_views import candidate_views
 from facetlog.recordings.moments import Moment
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 
 BEGAN = 1_700_000_000.125

@@ -22,8 +22,8 @@ from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.query_shell.model_files import stamp_of
 from facetlog.query_shell.scene_files import scene_file
 from facetlog.regular_file import check_regular, read_regular, read_regular_text
-from facetlog.robot.collecting.mount import read_mount
 from facetlog.robot.collecting.tour_file import read_tour
+from facetlog.robot.mount.mount import read_mount
 from facetlog.robot.simulator.world_file import read_world
 
 

@@ -1,6 +1,6 @@
 """`facetlog collect --explore --area`: which area is explored, who chooses, and its map."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,24 +66,24 @@ def checked_area(
 
 def refuse_area(folder: Path) -> None:
     """InputError where a folder's views are of an area, which are no views of one target."""
+    from facetlog.mapping.visit import recorded_area
     from facetlog.robot.collecting.record import LOG_FILE, read_log
 
     lines = read_log(folder) if (folder / LOG_FILE).is_file() else ()
-    if area := _area_in(lines):
-        raise InputError(f"{folder} holds an explored area: give --area={area} again")
+    if area := recorded_area(lines):
+        raise InputError(f"{folder} holds an explored area: give --area={_as_option(area)} again")
 
 
-def _area_in(lines: Sequence[Mapping[str, object]]) -> str:
-    """The area of a collection as --area takes it; empty of another collection."""
-    area = next((line["area"] for line in lines if "area" in line), None)
-    return ",".join(f"{each:g}" for each in area) if isinstance(area, list) else ""
+def _as_option(area: Area) -> str:
+    """An area as --area takes it."""
+    return ",".join(f"{each:g}" for each in area)
 
 
 def area_tour(area: Area) -> "Tour":
     """A tour without views and without a target."""
     from facetlog.robot.collecting.tour_file import Tour
 
-    return Tour("explore area " + ",".join(f"{each:g}" for each in area), (), None)
+    return Tour(f"explore area {_as_option(area)}", (), None)
 
 
 def area_explorer(
@@ -93,15 +93,15 @@ def area_explorer(
     folder holds.
     """
     from facetlog.exploring.area import AreaExplorer
-    from facetlog.mapping.visit import read_visit
+    from facetlog.mapping.visit import read_visit, recorded_area
     from facetlog.robot.collecting.record import read_log
 
     explorer = AreaExplorer(verdicts.explored_place, area, most=most)
     if resume:
         lines = read_log(folder)
-        if not any(line.get("area") == list(area) for line in lines):
-            known = _area_in(lines)
-            way = f"give --area={known}" if known else "leave out --area"
+        known = recorded_area(lines)
+        if known != area:
+            way = f"give --area={_as_option(known)}" if known else "leave out --area"
             raise InputError(f"{folder} was not collected in this --area: {way}")
         explorer.resume(lines, read_visit(folder))
     return explorer

@@ -17,6 +17,7 @@ from facetlog.commands.shared import NO, YES
 from facetlog.counted import many
 from facetlog.degree_plot import Degrees, check_plots, degrees_of
 from facetlog.errors import InputError
+from facetlog.kb.explaining.verdict_text import holding_text
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import Recognised, check_up, open_models, with_stated_up
@@ -39,7 +40,7 @@ def step_line(step: StreamStep) -> str:
     if step.recognition is None:
         return f"{step.used:>4}  {one_line(step.view)}: {step.problem or 'nothing is known yet'}"
     best = [f"{v.thing} is a {v.model} ({v.degree:.0%})" for v in step.recognition.best]
-    said = ["; ".join(best) or "no model matches"]
+    said = [holding_text(best)]
     if step.largest_sd is not None:
         unit = " m" if step.scene is not None and step.scene.metric else ""
         said.append(f"sd ≤ {step.largest_sd:.2g}{unit}")

@@ -91,11 +91,13 @@ def map_lines(room: "RoomMap") -> list[str]:
 
 
 def _thing_line(thing: "MappedThing") -> str:
+    from facetlog.kb.explaining.verdict_text import NO_MODEL
+
     best = thing.best
     x, y, heading = best.pose.tolist()
     sds = [math.sqrt(max(float(v), 0.0)) for v in best.cov.diagonal()]
     length, width, height = best.lengths
-    what = "no model matches"
+    what = NO_MODEL
     if best.said:
         first = best.said[0]
         what = f"{first.model} ({first.sure:.0%})"

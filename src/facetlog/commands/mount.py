@@ -34,10 +34,10 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
-    from facetlog.robot.collecting.board import Board
-    from facetlog.robot.collecting.mount import Mount
-    from facetlog.robot.collecting.mount_fit import MountFit, Sighting
-    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.camera.optics import Optics
+    from facetlog.robot.mount.board import Board
+    from facetlog.robot.mount.fit import MountFit, Sighting
+    from facetlog.robot.mount.mount import Mount
 
 __all__ = ["mount_command"]
 
@@ -84,9 +84,9 @@ def mount_command(
 
     The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
     """
-    from facetlog.robot.collecting.mount import DEFAULT_MOUNT, mount_text, read_mount
-    from facetlog.robot.collecting.mount_fit import fit_mount
     from facetlog.robot.collecting.record import write_file
+    from facetlog.robot.mount.fit import fit_mount
+    from facetlog.robot.mount.mount import DEFAULT_MOUNT, mount_text, read_mount
 
     printed = _board(board, square, marker)
     checked_speed(speed)
@@ -130,7 +130,7 @@ class _Line:
 
 
 def _board(given: str, square: float, marker: float) -> "Board":
-    from facetlog.robot.collecting.board import Board
+    from facetlog.robot.mount.board import Board
 
     columns, _, rows = given.lower().partition("x")
     if not (columns.isdecimal() and rows.isdecimal()):
@@ -182,7 +182,7 @@ def _sightings(
 
 def _rows(fit: "MountFit") -> dict[str, dict[str, object]]:
     """Each number with its deviation, in metres or degrees, and whether it was determined."""
-    from facetlog.robot.collecting.mount import ANGLES, PARAMETERS
+    from facetlog.robot.mount.mount import ANGLES, PARAMETERS
 
     rows: dict[str, dict[str, object]] = {}
     for name, value, sd in zip(PARAMETERS, fit.mount.values, fit.mount.sds, strict=True):

@@ -15,6 +15,7 @@ __all__ = ["paper_page"]
 
 def paper_page(out: Path, seed: int) -> int:
     """Runs the experiment and writes its page into the folder `out`; the exit code."""
+    from facetlog.kb.explaining.verdict_text import holding_text
     from facetlog.paper.experiment import run_experiment
     from facetlog.paper.page import PAGE_FILE, write_paper_page
 
@@ -27,6 +28,6 @@ def paper_page(out: Path, seed: int) -> int:
         write_paper_page(out, run, seed)
     show_times(clock)
     best = run.found.recognition.best
-    typer.echo("; ".join(v.summary for v in best) or "no model matches")
+    typer.echo(holding_text(v.summary for v in best))
     typer.echo(f"{out / PAGE_FILE}: the paper's figures 8 to 14 from this run")
     return YES if best else NO

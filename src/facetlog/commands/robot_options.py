@@ -15,7 +15,7 @@ import typer
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
-    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.camera.optics import Optics
     from facetlog.robot.pose2 import Pose2
 
 __all__ = [

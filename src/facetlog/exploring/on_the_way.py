@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 
 from facetlog.mapping.place import LOOKS_AT
-from facetlog.robot.collecting.kinematics import camera_pose, gaze_at
 from facetlog.robot.collecting.next_stop import CHOSEN, Chosen
 from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.route import Route, route_length
 from facetlog.robot.collecting.tour_file import TourView
+from facetlog.robot.mount.kinematics import camera_pose, gaze_at
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["arriving", "view_on_the_way"]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from facetlog.errors import InputError
 from facetlog.kb.engine.closing import Closing
+from facetlog.kb.explaining.verdict_text import holding_text
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition, Verdict
@@ -169,7 +170,7 @@ class Result(Closing):
         return "\n".join(self.recognition.lines())
 
     def __repr__(self) -> str:
-        found = "; ".join(verdict.summary for verdict in self.best) or "no model holds"
+        found = holding_text(verdict.summary for verdict in self.best)
         return f"<{self.scene.name}: {found}>"
 
     def _repr_html_(self) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.mapping.floor_grid import Cell, FloorGrid
 from facetlog.mapping.same_thing import MappedThing
 from facetlog.robot.collecting.map_labels import Box, placed
@@ -123,7 +124,7 @@ def _entries(room: "RoomMap") -> list[tuple[str, Colour]]:
     if any(things):
         found.append(("recognised", KNOWN))
     if not all(things):
-        found.append(("no model matches", UNNAMED))
+        found.append((NO_MODEL, UNNAMED))
     if room.moved:
         found.append(("moved from here", STOOD))
     if things:

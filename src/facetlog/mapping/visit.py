@@ -33,6 +33,7 @@ __all__ = [
     "chosen_views",
     "grouped_views",
     "read_visit",
+    "recorded_area",
 ]
 
 START_STATED = "start_stated"
@@ -79,7 +80,7 @@ def read_visit(folder: Path) -> Visit:
         _is_stated(runs[0]) if runs else False,
         driven(folder, tuple(run_start(run, folder) for run in runs)),
         places_of(lines),
-        _area_of(runs),
+        recorded_area(runs),
     )
 
 
@@ -91,8 +92,11 @@ def _is_stated(run: Mapping[str, object]) -> bool:
     return run.get("start") not in ([0.0, 0.0, 0.0], [0, 0, 0])
 
 
-def _area_of(runs: Sequence[Mapping[str, object]]) -> tuple[float, float, float, float] | None:
-    """The area that was explored; all runs of a folder have the same."""
+def recorded_area(runs: Sequence[Mapping[str, object]]) -> tuple[float, float, float, float] | None:
+    """The area that a collection explored, as its log has it; None of another collection.
+
+    All runs of a folder have the same: x and y of its lowest corner, width and height (metres).
+    """
     area = next((run["area"] for run in runs if "area" in run), None)
     if not isinstance(area, list):
         return None

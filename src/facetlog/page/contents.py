@@ -12,7 +12,7 @@ from facetlog import __version__
 from facetlog.counted import many
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
-from facetlog.kb.explaining.verdict_text import mark, parts_text, size_texts
+from facetlog.kb.explaining.verdict_text import holding_text, mark, parts_text, size_texts
 from facetlog.page.missing import Missing
 from facetlog.page.model_view import loose_edges, model_view
 from facetlog.page.seen_outlines import seen_outlines
@@ -83,7 +83,7 @@ class Subject:
         if self.answers is not None:
             return self.answers.goal
         one = self.best or (self.others if len(self.others) == 1 else ())
-        return "; ".join(verdict.summary for verdict in one) or "no model matches"
+        return holding_text(verdict.summary for verdict in one)
 
 
 def contents(subject: Subject) -> dict[str, Any]:

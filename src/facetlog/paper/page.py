@@ -9,6 +9,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from facetlog import __version__
+from facetlog.kb.explaining.verdict_text import holding_text
 from facetlog.output_folder import output_folder
 from facetlog.paper import pictures
 from facetlog.paper.curves import covariance_curve, estimate_curve, shown_vertices
@@ -63,7 +64,7 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
     return {
         "version": __version__,
         "seed": seed,
-        "verdict": "; ".join(v.summary for v in recognition.best) or "no model matches",
+        "verdict": holding_text(v.summary for v in recognition.best),
         "map": pictures.camera_map(run),
         "thumbnails": _thumbnails(run),
         "shown": f"{run.views[view].name}, as the camera took it",

@@ -39,7 +39,7 @@ from facetlog.recordings.ros_messages import (
     RosMessages,
     nanoseconds,
 )
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
 

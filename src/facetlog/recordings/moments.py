@@ -11,7 +11,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Camera
 from facetlog.recordings.candidate_views import CandidateView, candidate_views
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import (
     HALF_PIXEL,
     TRANSFORMS_FILE,

@@ -5,16 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.types import FloatArray
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Face, Scene
 
-__all__ = ["NO_MODEL", "face_loops", "outlined", "verdict_places"]
-
-NO_MODEL = "no model matches"
-"""What is said where no model holds."""
+__all__ = ["face_loops", "outlined", "verdict_places"]
 
 
 def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":

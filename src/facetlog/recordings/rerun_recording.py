@@ -14,10 +14,11 @@ import rerun as rr
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
-from facetlog.recordings.on_scene import NO_MODEL, face_loops, verdict_places
+from facetlog.recordings.on_scene import face_loops, verdict_places
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.run import open_checked_camera
 from facetlog.robot.collecting.simulated_robot import CameraAndOptics
 from facetlog.robot.tour import tour_camera

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from facetlog.perception.types import Camera, Image
 from facetlog.robot.camera.checks import Quality
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.map_labels import Box, placed
 from facetlog.robot.collecting.map_picture import (
     AREA,
@@ -30,10 +30,10 @@ from facetlog.robot.collecting.map_picture import (
     _size,
     map_png,
 )
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 
 CAMERA = Camera(640, 480, 500.0, 500.0, 319.5, 239.5)

@@ -12,14 +12,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from tests.robot.collecting.test_board import CHARUCO, seen_by
 
 from facetlog.cli import main
 from facetlog.perception.types import Pose
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.mount import Mount, read_mount
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import Mount, read_mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
-from tests.robot.collecting.test_board import CHARUCO, seen_by
 from tests.robot.collecting.test_run import simulated
 
 pytestmark = pytest.mark.slow

@@ -5,22 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.robot.collecting.test_board import CHARUCO, seen_by
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image, Pose
-from facetlog.robot.collecting.board import Board
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS, Mount
-from facetlog.robot.collecting.mount_fit import fit_mount
 from facetlog.robot.collecting.mount_session import BoardRig, stations_before, take_sightings
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadState
+from facetlog.robot.mount.board import Board
+from facetlog.robot.mount.fit import fit_mount
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 from tests.robot.collecting.fakes import FakeCamera, FakeHead, FakeRobot
-from tests.robot.collecting.test_board import CHARUCO, seen_by
 
 CAMERA = tour_camera()
 FACING = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

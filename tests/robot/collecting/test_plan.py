@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from facetlog.robot.collecting.kinematics import camera_pose
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, Mount
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops, shows
 from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour
+from facetlog.robot.mount.kinematics import camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, Mount
 from facetlog.robot.pose2 import Pose2, wrapped
 from facetlog.robot.tour import looking_at, tour_camera
 from tests.robot.collecting.fakes import SONY

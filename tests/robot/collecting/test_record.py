@@ -15,9 +15,7 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.types import Image
 from facetlog.robot.camera.checks import Quality
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import (
     LOG_FILE,
     SCHEMA,
@@ -30,6 +28,8 @@ from facetlog.robot.collecting.record import (
     robot_tum,
     write_file,
 )
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 

@@ -13,11 +13,9 @@ from facetlog.commands.robot_words import early_end_line
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.freshness import Frame
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.map_picture import Floor, map_png
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
@@ -26,6 +24,8 @@ from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, end_r
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
 from facetlog.robot.head.head import HeadState
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
+from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot, FakeState

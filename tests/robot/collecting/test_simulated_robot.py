@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.errors import DeviceTimeout, InputError
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.simulated_robot import (
     SIMULATED_CAMERA,
     camera_and_optics,

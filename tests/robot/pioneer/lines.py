@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from facetlog.robot.pioneer.exchange import SetBaud
+from facetlog.robot.pioneer.handshake import Handshake
 from facetlog.robot.pioneer.opening import Opening
 from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.pioneer.packets.packet import Decoder
-from facetlog.robot.pioneer.session import Handshake, SetBaud
 from tests.robot.pioneer.scripted import ScriptedRobot
 
 TICK = 0.01

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.robot.collecting import kinematics
-from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.mount import kinematics
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup

@@ -18,9 +18,9 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray, Pose
-from facetlog.robot.collecting.board import Corners
-from facetlog.robot.collecting.kinematics import Gaze, camera_frames, camera_pose
-from facetlog.robot.collecting.mount import LENGTHS, PARAMETERS, Mount
+from facetlog.robot.mount.board import Corners
+from facetlog.robot.mount.kinematics import Gaze, camera_frames, camera_pose
+from facetlog.robot.mount.mount import LENGTHS, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["MountFit", "Sighting", "board_place", "fit_mount"]

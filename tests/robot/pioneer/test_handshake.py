@@ -5,9 +5,9 @@ import random
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.handshake import BAUDS, Handshake
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Names
-from facetlog.robot.pioneer.session import BAUDS, Handshake
 from tests.robot.pioneer.lines import Line, answering
 from tests.robot.pioneer.scripted import ScriptedRobot
 

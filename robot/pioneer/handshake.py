@@ -8,16 +8,16 @@ them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum, auto
 
 from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.exchange import Exchange, SetBaud, Write
 from facetlog.robot.pioneer.packets.commands import Command, plain_command
 from facetlog.robot.pioneer.packets.packet import Received
 from facetlog.robot.pioneer.packets.receiver import Receiver
 from facetlog.robot.pioneer.packets.reports import Names, Report
 
-__all__ = ["BAUDS", "Action", "Handshake", "SetBaud", "Write"]
+__all__ = ["BAUDS", "Handshake"]
 
 BAUDS = (9600, 38400, 19200, 115200, 57600)
 """Baud rates that a robot's port may have, the likeliest first, as other drivers try them."""
@@ -45,92 +45,50 @@ NOISE_BYTES = 8
 """Bytes without a packet among them from which on the baud rate is taken to be wrong."""
 
 
-@dataclass(frozen=True, slots=True)
-class Write:
-    """Bytes to send now, and their name: SYNC0 has the number of PULSE."""
-
-    data: bytes
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class SetBaud:
-    """A speed to change the line to, once all is sent."""
-
-    baud: int
-
-
-Action = Write | SetBaud
-
-
 class _Phase(Enum):
     LISTENING = auto()
     SYNCHRONISING = auto()
     FLUSHING = auto()
-    OVER = auto()
 
 
-class Handshake:
+class Handshake(Exchange):
     """Brings a robot from any state to an answered SYNC2.
 
-    `bauds` are the rates to try on a serial line; empty where the line has none. `actions()`
-    returns what to do after each call; `due` is when `advance` is to be called at the latest. At
-    the end `names` or `failure` is set.
+    `bauds` are the rates to try on a serial line; empty where the line has none. At the end
+    `names` or `failure` is set.
     """
 
     def __init__(self, now: float, bauds: Sequence[int] = ()) -> None:
+        super().__init__(Receiver(), None)
         self.names: Names | None = None
-        self.failure: DeviceError | None = None
-        self.receiver = Receiver()
         self.left_over: list[Received] = []
         """Packets behind the answer to SYNC2."""
         self._bauds = tuple(bauds)
         self._rates = list(self._bauds[:1] if len(self._bauds) < 2 else self._bauds * ROUNDS)
-        self._actions: list[Action] = []
         self._closings = self._resets = 0
         self._noise = False
         self._nameless = self._close_may_be_sync2 = False
         self._next_rate(now)
 
-    @property
-    def over(self) -> bool:
-        """Whether it has succeeded or failed."""
-        return self._phase is _Phase.OVER
-
-    @property
-    def baud(self) -> int | None:
-        """The rate in use; None where the line has none."""
-        return self._baud
-
-    def actions(self) -> list[Action]:
-        """What is to be done now, in order; each once."""
-        done, self._actions = self._actions, []
-        return done
-
     def receive(self, data: bytes, now: float) -> None:
-        """Takes what came in; b"" if nothing did."""
-        self.advance(now)
-        received = self.receiver.feed(data, now) if data else self.receiver.idle(now) or []
-        for each in received:
-            self._take(each, now)
+        """Takes what came in, and goes on to the next rate where that is noise alone."""
+        super().receive(data, now)
         if not self.over and len(self._rates) > 0 and not self._heard:
             strange = self.receiver.strange - self._strange_before
             if strange >= NOISE_BYTES and self._phase is _Phase.LISTENING:
                 self._noise = True
                 self._next_rate(now)
 
-    def advance(self, now: float) -> None:
-        """Does what is due at `now` or was before."""
-        while not self.over and now >= self.due:
-            if self._phase is _Phase.SYNCHRONISING:
-                self._missed(self.due)
-            else:
-                self._synchronise(0, self.due)
+    def _late(self, now: float) -> None:
+        if self._phase is _Phase.SYNCHRONISING:
+            self._missed(now)
+        else:
+            self._synchronise(0, now)
 
     def _next_rate(self, now: float) -> None:
-        self._baud = self._rates.pop(0) if self._rates else None
-        if self._baud is not None:
-            self._actions.append(SetBaud(self._baud))
+        self.baud = self._rates.pop(0) if self._rates else None
+        if self.baud is not None:
+            self._actions.append(SetBaud(self.baud))
         self._misses = 0
         self._heard = False
         self._strange_before = self.receiver.strange
@@ -203,13 +161,13 @@ class Handshake:
             self._synchronise(self._step + 1, now)
         elif received.packet.payload:
             self.names = Names.from_packet(received.packet)
-            self._phase = _Phase.OVER
+            self.over = True
         else:
             self._nameless = True  # and wait: the names may follow what was an echo of the line
 
     def _fail(self) -> None:
         self._withdraw()
-        self._phase = _Phase.OVER
+        self.over = True
         if self._closings > CLOSINGS:
             self.failure = DeviceError(
                 "the robot goes on with a session that is open and does not take CLOSE; end the"

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.robot.collecting.kinematics import (
+from facetlog.robot.mount.kinematics import (
     Gaze,
     camera_pose,
     gaze_at,
     pose_covariance,
     stand_for,
 )
-from facetlog.robot.collecting.mount import PARAMETERS, Mount
+from facetlog.robot.mount.mount import PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 
 ANGLES = st.floats(-3.1, 3.1)

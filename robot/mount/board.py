@@ -11,7 +11,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
 
 __all__ = ["Board", "Corners", "straight_pixels"]
 

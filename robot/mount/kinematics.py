@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray, Pose
-from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["Gaze", "camera_frames", "camera_pose", "gaze_at", "pose_covariance", "stand_for"]

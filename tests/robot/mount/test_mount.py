@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.robot.collecting.mount import (
+from facetlog.robot.mount.mount import (
     DEFAULT_MOUNT,
     PARAMETERS,
     Mount,

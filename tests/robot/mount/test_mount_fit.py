@@ -8,10 +8,10 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Pose
-from facetlog.robot.collecting.board import Corners
-from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS, Mount
-from facetlog.robot.collecting.mount_fit import Sighting, fit_mount
+from facetlog.robot.mount.board import Corners
+from facetlog.robot.mount.fit import Sighting, fit_mount
+from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
+from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
-from facetlog.robot.collecting.board import Board, Corners, straight_pixels
-from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.camera.optics import Optics
+from facetlog.robot.mount.board import Board, Corners, straight_pixels
 from facetlog.robot.tour import tour_camera
 
 CAMERA = tour_camera()
