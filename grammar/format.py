@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.layout import Statement, laid_out
-from facetlog.grammar.parse import LARGEST, parse
-from facetlog.grammar.readable import Readable
+from facetlog.grammar.reading.layout import Statement, laid_out
+from facetlog.grammar.reading.parse import LARGEST, parse
+from facetlog.grammar.reading.readable import Readable
 from facetlog.grammar.source import Source
 from facetlog.grammar.statement_lines import (
     WIDTH,

@@ -10,7 +10,7 @@ from pathlib import Path
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
-from facetlog.grammar.parse import LARGEST, parse
+from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import NOWHERE, Source, Span
 from facetlog.regular_file import read_regular
 

@@ -11,9 +11,9 @@ from facetlog.grammar.checking.model import MOST_PARTS, MOST_SINGULAR
 from facetlog.grammar.compiling.lines import WEIGHTS
 from facetlog.grammar.fading import ABOUT, FADING, SHARE
 from facetlog.grammar.fault_codes import FAULT_KINDS
-from facetlog.grammar.layout import DEEPEST, STATEMENT_WORDS
 from facetlog.grammar.library import MOST_FILES
-from facetlog.grammar.parse import LARGEST, LONGEST
+from facetlog.grammar.reading.layout import DEEPEST, STATEMENT_WORDS
+from facetlog.grammar.reading.parse import LARGEST, LONGEST
 from facetlog.grammar.syntax_lines import Rule, syntax_sections, syntax_terminals
 from facetlog.grammar.units import UNITS, Dimension, Unit
 from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kinds, Word

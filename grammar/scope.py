@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.layout import PIECE_WORDS
 from facetlog.grammar.library import Library
+from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import NOWHERE, Span
 from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds, Word

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.layout import STATEMENT_WORDS, Token
+from facetlog.grammar.reading.layout import STATEMENT_WORDS, Token
 from facetlog.grammar.source import Source
 
 __all__ = ["WIDTH", "canonical", "has_reason", "kept_lines", "one_line", "over_lines"]
@@ -39,7 +39,7 @@ def has_reason(tokens: Sequence[Token]) -> bool:
 def one_line(tokens: Sequence[Token]) -> str:
     """The tokens with a blank where people write one.
 
-    >>> from facetlog.grammar.layout import laid_out
+    >>> from facetlog.grammar.reading.layout import laid_out
     >>> one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
     'angle(a, b) = 90 deg ± -5 %'
     """

@@ -7,7 +7,7 @@ from functools import cache
 
 from lark import Lark, Token, Tree
 
-from facetlog.grammar.parse import GRAMMAR
+from facetlog.grammar.reading.parse import GRAMMAR
 
 __all__ = ["Rule", "Section", "Terminal", "syntax_sections", "syntax_terminals"]
 

@@ -27,7 +27,7 @@ from facetlog.grammar.fixing.fix import Edit, applied
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.symbols import SymbolKind
 from facetlog.grammar.library import BUILTIN
-from facetlog.grammar.parse import forget, parse
+from facetlog.grammar.reading.parse import forget, parse
 from facetlog.grammar.source import Source, Span
 
 __all__ = ["NAME", "main", "measure", "model_library"]

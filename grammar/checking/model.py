@@ -10,8 +10,8 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.fixing.respelling import respelling
-from facetlog.grammar.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.library import builtin_names
+from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING

@@ -16,8 +16,8 @@ from facetlog.grammar.language_server.documentation import (
     unit_documentation,
     word_documentation,
 )
-from facetlog.grammar.layout import PIECE_WORDS
 from facetlog.grammar.library import builtin_names
+from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.scope import THIS
 from facetlog.grammar.units import UNITS

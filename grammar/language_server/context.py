@@ -9,8 +9,8 @@ from lark import Lark
 from lark.exceptions import UnexpectedInput
 from lark.lexer import PatternStr
 
-from facetlog.grammar.layout import PIECE_WORDS, Token, laid_out
-from facetlog.grammar.parse import GRAMMAR, LONGEST
+from facetlog.grammar.reading.layout import PIECE_WORDS, Token, laid_out
+from facetlog.grammar.reading.parse import GRAMMAR, LONGEST
 from facetlog.grammar.source import Source
 
 __all__ = ["Context", "context_at"]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.constants import constant
-from facetlog.grammar.layout import laid_out
+from facetlog.grammar.reading.layout import laid_out
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import Source
 from facetlog.grammar.statement_lines import one_line

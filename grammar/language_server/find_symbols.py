@@ -14,8 +14,8 @@ from facetlog.grammar.language_server.symbols import (
     Symbol,
     SymbolKind,
 )
-from facetlog.grammar.layout import STATEMENT_WORDS, Layout, laid_out, pieces
-from facetlog.grammar.readable import Readable
+from facetlog.grammar.reading.layout import STATEMENT_WORDS, Layout, laid_out, pieces
+from facetlog.grammar.reading.readable import Readable
 from facetlog.grammar.scope import part_kind
 from facetlog.grammar.source import NOWHERE, Span
 from facetlog.grammar.vocabulary import PIECE

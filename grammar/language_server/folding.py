@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 from lsprotocol import types as lsp
 
-from facetlog.grammar.layout import laid_out, pieces
+from facetlog.grammar.reading.layout import laid_out, pieces
 from facetlog.grammar.source import Source, Span
 
 __all__ = ["folds"]

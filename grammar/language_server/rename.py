@@ -11,7 +11,7 @@ from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.project import Project, is_builtin
 from facetlog.grammar.language_server.references import references
 from facetlog.grammar.language_server.symbols import Occurrence, Occurrences, Symbol, SymbolKind
-from facetlog.grammar.layout import STATEMENT_WORDS
+from facetlog.grammar.reading.layout import STATEMENT_WORDS
 from facetlog.grammar.scope import THIS
 from facetlog.grammar.source import Span
 from facetlog.grammar.units import UNITS

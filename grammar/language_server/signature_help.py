@@ -8,7 +8,7 @@ from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.language_server import Builders
 from facetlog.grammar.language_server.context import context_at
 from facetlog.grammar.language_server.documentation import word_documentation
-from facetlog.grammar.layout import Token
+from facetlog.grammar.reading.layout import Token
 
 __all__ = ["TRIGGERS", "signature_help"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.explain import Mistaken, explained
+from facetlog.batch.pages.explain import Mistaken, explained
 from facetlog.batch.rows import Row, closest, sureness
 from facetlog.batch.settings import Item, Settings
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table

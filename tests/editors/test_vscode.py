@@ -17,7 +17,7 @@ import pytest
 from lark import Lark
 from lark.lexer import PatternStr
 
-from facetlog.grammar.parse import GRAMMAR
+from facetlog.grammar.reading.parse import GRAMMAR
 from facetlog.grammar.units import UNITS
 
 FOLDER = Path(__file__).parents[2] / "editors" / "vscode"

@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from facetlog.grammar.layout import STATEMENT_WORDS
+from facetlog.grammar.reading.layout import STATEMENT_WORDS
 
 __all__ = ["model_files", "mutated_files"]
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 
 from facetlog.grammar.format import differences, formatted
-from facetlog.grammar.layout import laid_out
-from facetlog.grammar.parse import LARGEST, parse
+from facetlog.grammar.reading.layout import laid_out
+from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import Source
 from tests.grammar.model_texts import model_files, mutated_files
 

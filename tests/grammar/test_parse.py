@@ -4,7 +4,7 @@ import pytest
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS
-from facetlog.grammar.parse import LARGEST, parse, statement_trees
+from facetlog.grammar.reading.parse import LARGEST, parse, statement_trees
 from facetlog.grammar.source import Source
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import facetlog.rules
 from facetlog.grammar import syntax as s
-from facetlog.grammar.parse import forget, parse
+from facetlog.grammar.reading.parse import forget, parse
 from facetlog.grammar.source import Source, Span
 
 TEXTS = [p.read_text("utf-8") for p in sorted(Path(facetlog.rules.__path__[0]).glob("*.model"))]

@@ -16,8 +16,8 @@ from facetlog.grammar.language_server.completion import completions
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.hover import hover_text
 from facetlog.grammar.language_server.symbols import SymbolKind
-from facetlog.grammar.layout import PIECE_WORDS, laid_out
-from facetlog.grammar.parse import GRAMMAR, parse, statement_trees
+from facetlog.grammar.reading.layout import PIECE_WORDS, laid_out
+from facetlog.grammar.reading.parse import GRAMMAR, parse, statement_trees
 from facetlog.grammar.source import Source
 from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
 from tests.grammar.model_texts import model_files, mutated_files

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.grammar.fault_codes import FAULT_KINDS
-from facetlog.grammar.layout import STATEMENT_WORDS
-from facetlog.grammar.parse import GRAMMAR
+from facetlog.grammar.reading.layout import STATEMENT_WORDS
+from facetlog.grammar.reading.parse import GRAMMAR
 from facetlog.grammar.reference import TERMINALS, BuiltThing, reference
 from facetlog.grammar.syntax_lines import syntax_sections, syntax_terminals
 from facetlog.grammar.units import UNITS, Dimension

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from facetlog.__main__ import INTERRUPTED
-from facetlog.batch import scene_pages
 from facetlog.batch.output import read_rows, write_rows
+from facetlog.batch.pages import scene_pages
 from facetlog.cli import main
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.perception.surfaces.exact_solids.polyhedra import boxes, cuboid, table

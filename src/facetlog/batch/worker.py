@@ -95,7 +95,7 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         items = [Item(**task) for task in tasks]
         # A list is of one kind.
         if shown[0] is not None:
-            from facetlog.batch.scene_page import scene_page
+            from facetlog.batch.pages.scene_page import scene_page
 
             for item, sha256 in zip(items, shown, strict=True):
                 say(Word.SHOWN, scene_page(item, settings, sha256))
@@ -109,7 +109,7 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
                     return
                 say(Word.ROW if row["error"] is None else Word.FAULT, row)
             continue
-        from facetlog.batch.explain import explained
+        from facetlog.batch.pages.explain import explained
 
         for item, mistaken in zip(items, mistakes, strict=True):
             say(Word.EXPLAINED, explained(item, settings, mistaken))

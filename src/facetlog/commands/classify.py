@@ -188,11 +188,11 @@ def classify_command(
     plan = Plan(items, settings, out, resume, overwrite, old)
     check_output(plan)
     if report is not None:
-        from facetlog.batch.report import check_report, write_report
+        from facetlog.batch.pages.report import check_report, write_report
 
         check_report(report)
     if html is not None:
-        from facetlog.batch.scene_pages import check_pages
+        from facetlog.batch.pages.scene_pages import check_pages
 
         check_pages(html, len(items), (out, report))
     outcome = Outcome(comparison=comparison)
@@ -337,7 +337,7 @@ def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json:
 def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
     """Writes the pages, and says which scenes have none though they have a row."""
     from facetlog.batch.display import showing_rate
-    from facetlog.batch.scene_pages import INDEX, write_pages
+    from facetlog.batch.pages.scene_pages import INDEX, write_pages
 
     try:
         with showing_rate("pages", "page") as show:

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from facetlog.batch.thumbnail import thumbnail, tint_colour
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.lettering import ColourImage, plain
+from facetlog.perception.surfaces.drawing.thumbnail import thumbnail, tint_colour
 from facetlog.prototype.objective import Judged
 
 __all__ = ["picture", "role_faces"]

@@ -73,7 +73,7 @@ def compile_command(
 
 
 def _tree(analysis: "Analysis") -> str:
-    from facetlog.grammar.parse import statement_trees
+    from facetlog.grammar.reading.parse import statement_trees
 
     return "".join(tree.pretty() for tree in statement_trees(analysis.file.source))
 

@@ -83,7 +83,7 @@ def _inside(folder: Path, pattern: str, nothing: str) -> tuple[Path, ...]:
 
 def stdin_text() -> str:
     """The text on standard input; InputError if it is not UTF-8 or far too long for a model."""
-    from facetlog.grammar.parse import LARGEST
+    from facetlog.grammar.reading.parse import LARGEST
 
     # Four bytes a character at most; one more shows that it is too long, and parse says so.
     data = typer.get_binary_stream("stdin").read(4 * LARGEST + 1)

@@ -48,7 +48,7 @@ def _format(arguments: list[str], *, check: bool, diff: bool) -> Ran:
 def _formatted(path: Path, *, check: bool, diff: bool) -> int:
     """The exit code of one file; those after it are laid out whatever came of it."""
     from facetlog.grammar.format import differences, formatted
-    from facetlog.grammar.parse import parse
+    from facetlog.grammar.reading.parse import parse
     from facetlog.grammar.source import Source
 
     try:

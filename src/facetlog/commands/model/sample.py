@@ -104,7 +104,7 @@ def _samples(search: "Search", count: int, seed: int) -> "tuple[list[Sample], li
 
 
 def _write(model: str, samples: "Sequence[Sample]", folder: Path) -> None:
-    from facetlog.batch.thumbnail import contact_sheet
+    from facetlog.perception.surfaces.drawing.thumbnail import contact_sheet
     from facetlog.perception.surfaces.scene_file import write_scene
 
     labels: list[tuple[str, ...]] = [("file", "label", "kind", "form")]

@@ -37,7 +37,7 @@ def show_command(
         check_output(out, (PICTURE_SUFFIX,), overwrite=overwrite)
     found = read(shape, up, unit, sensor, scale)
     if out is not None:
-        from facetlog.batch.thumbnail import thumbnail
+        from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
         from facetlog.perception.whole_file import write_whole
 
         write_whole(out, thumbnail(found.scene, PICTURE_PX))

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from facetlog.batch.confusion import Confusion, Mistake
-from facetlog.batch.explain import Mistaken
 from facetlog.batch.outcome import Outcome
+from facetlog.batch.pages.explain import Mistaken
+from facetlog.batch.pages.report_page import Explanation, card, foot, group_head, head
 from facetlog.batch.pool import Task
-from facetlog.batch.report_page import Explanation, card, foot, group_head, head
 from facetlog.batch.rows import Row, closest
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.errors import InputError

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.layout import Token
+from facetlog.grammar.reading.layout import Token
 from facetlog.grammar.source import NOWHERE, Span
 
 __all__ = ["TreeToSyntax"]

@@ -14,7 +14,7 @@ from lark.grammar import Rule, Terminal
 from lark.lexer import PatternStr
 from lark.parsers.lalr_analysis import Shift
 
-from facetlog.grammar.layout import Token
+from facetlog.grammar.reading.layout import Token
 
 __all__ = ["NotParsed", "TableParser"]
 

@@ -7,8 +7,8 @@ from typing import TypedDict
 
 from facetlog import __version__
 from facetlog.batch.confusion import Confusion, Mistake, Proportion
-from facetlog.batch.explain import Reason
 from facetlog.batch.outcome import Outcome
+from facetlog.batch.pages.explain import Reason
 from facetlog.batch.rows import HOLDS, Row, closest, sureness
 from facetlog.counted import many
 from facetlog.terminal import printable
@@ -36,7 +36,7 @@ def _escaped(text: str, *, quote: bool = True) -> str:
 
 def head(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
     """The page down to the mistakes."""
-    style = files("facetlog.batch").joinpath("report.css").read_text(encoding="utf-8")
+    style = files("facetlog.batch.pages").joinpath("report.css").read_text(encoding="utf-8")
     yield (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

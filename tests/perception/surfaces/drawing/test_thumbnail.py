@@ -7,10 +7,10 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from facetlog.batch.thumbnail import thumbnail
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.fixing.respelling import is_slip, respelt
-from facetlog.grammar.layout import STATEMENT_WORDS, Statement, Token
+from facetlog.grammar.reading.layout import STATEMENT_WORDS, Statement, Token
 from facetlog.grammar.source import Source, Span
 
 __all__ = ["Parsing", "explained"]

@@ -11,15 +11,15 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault
-from facetlog.grammar.lalr import NotParsed, TableParser
-from facetlog.grammar.layout import Layout, Statement, laid_out, pieces
+from facetlog.grammar.reading.lalr import NotParsed, TableParser
+from facetlog.grammar.reading.layout import Layout, Statement, laid_out, pieces
+from facetlog.grammar.reading.tree import TreeToSyntax
+from facetlog.grammar.reading.unexpected import Parsing, explained
 from facetlog.grammar.source import Source, Span
-from facetlog.grammar.tree import TreeToSyntax
-from facetlog.grammar.unexpected import Parsing, explained
 
 __all__ = ["GRAMMAR", "LARGEST", "Parsed", "forget", "parse", "statement_trees"]
 
-GRAMMAR = Path(__file__).with_name("model.lark")
+GRAMMAR = Path(__file__).parents[1] / "model.lark"
 
 LARGEST = 4_000_000
 """Characters of a file: some thousand models. Larger files are no models and are not read."""

@@ -109,13 +109,13 @@ def _plain(path: str) -> str:
 
 def _index(done: Finished, names: dict[str, str], missing: dict[str, str]) -> Iterator[str]:
     environment = Environment(
-        loader=PackageLoader("facetlog.batch", ""),
+        loader=PackageLoader("facetlog.batch.pages", ""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    style = files("facetlog.batch").joinpath("report.css").read_text(encoding="utf-8")
+    style = files("facetlog.batch.pages").joinpath("report.css").read_text(encoding="utf-8")
     return environment.get_template("scene_pages.html.jinja").generate(
         title=many(len(done.items), "scene"),
         rows=(_entry(row, names, missing) for row in done.rows()),

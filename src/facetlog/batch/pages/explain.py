@@ -45,7 +45,7 @@ def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, A
         scene = read_shape(Path(item.place), shape_options(item, settings))
     except (FacetlogError, MemoryError):
         return {"picture": None, "reasons": []}  # the row says why
-    from facetlog.batch.thumbnail import thumbnail
+    from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
 
     picture = base64.b64encode(thumbnail(scene)).decode("ascii")
     try:
