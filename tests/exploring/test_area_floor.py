@@ -135,3 +135,24 @@ def test_what_echoed_from_afar_alone_is_worth_a_look_though_no_floor_is_missing(
     assert np.linalg.norm(floor.lattice.middles[gained > 1.0] - POLE, axis=1).max() < 0.8
     floor.given_up |= gained > 1.0
     assert floor.worth(RADIUS, ()).max() <= 1.0
+
+
+def test_by_the_way_it_came_a_robot_goes_back_though_something_may_overhang_it_by_now() -> None:
+    """What is heard on both sides 0.7 m away, after it passed, closed the way behind it."""
+    floor = AreaFloor(AREA)
+    floor.begin((1.0, 2.0))
+    for _ in range(4):
+        floor.add([Beam(1.0, 2.0, h, 4.0, False) for h in np.arange(0.0, math.tau, 0.2).tolist()])
+    for x in np.arange(1.0, 4.0, 0.05).tolist():
+        floor.moved(Pose2(x, 2.0))
+    sides = (math.pi / 2, -math.pi / 2)
+    for x in np.arange(1.8, 3.2, 0.1).tolist():
+        floor.add([Beam(x, 2.0, side, 0.7, True) for side in sides] * 8)
+    between = floor.lattice.cell((2.5, 2.0))
+    back = floor.ways((3.95, 2.0), RADIUS, (), ())
+    assert back.open[between]
+    assert back.route_to((1.0, 2.0)) is not None
+    # What it passed ten metres ago may be a cell off by now.
+    for y in np.arange(2.0, 2.2, 0.01).tolist() * 60:
+        floor.moved(Pose2(4.0, y))
+    assert not floor.ways((4.0, 2.0), RADIUS, (), ()).open[between]

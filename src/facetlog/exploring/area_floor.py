@@ -7,6 +7,7 @@ Odometry drifts: what was heard long ago lies elsewhere by now. What is heard an
 """
 
 import math
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -43,6 +44,8 @@ FARTHEST_ECHO = 2 * OVERHANG / math.radians(30.0)
 # After so many metres a cell's counts weigh e times less: wheels that differ by half a per cent put
 # a robot off by a cell in some ten metres.
 FORGETS = 10.0
+# The robot's way is kept in steps of half a cell, m.
+NOTED = SIDE / 2
 # Whoever starts the robot has put it where it can turn: its radius and so much more is free, m.
 BEGUN = 0.25
 # A cell beside the plan of a thing, and what drives aside, belongs to the thing: an arc's width.
@@ -72,6 +75,7 @@ class AreaFloor:
         self._last: Pose2 | None = None
         self._faded = 0.0
         self._places: list[Point] = []
+        self._way: deque[Point] = deque(maxlen=round(FORGETS / NOTED))
         self._bodies = np.zeros(self.lattice.shape, np.bool_)
         self._begun: Point | None = None
         self.given_up = np.zeros(self.lattice.shape, np.bool_)
@@ -92,8 +96,9 @@ class AreaFloor:
         """Takes where the robot is by now."""
         last = place if self._last is None else self._last
         way = math.dist((place.x, place.y), (last.x, last.y))
-        if self._last is None or way >= SIDE / 2:
+        if self._last is None or way >= NOTED:
             self._places.append((place.x, place.y))
+            self._way.append((place.x, place.y))
             self._last = place
             self._faded += way
         if self._faded >= 1.0:
@@ -161,7 +166,9 @@ class AreaFloor:
         bare = rim >= radius
         open_ = rim >= radius + CLEARANCE
         known = [thing for thing in things if thing.known]
-        open_ &= ~within(echoed & ~self.beside(known), radius + OVERHANG, SIDE)
+        near = within(echoed & ~self.beside(known), radius + OVERHANG, SIDE)
+        # Whatever overhangs what is heard there by now: the robot came by with its mast.
+        open_ &= ~near | self._driven()
         for thing in things:
             off = self._away(thing)
             bare &= off >= radius
@@ -172,6 +179,14 @@ class AreaFloor:
             bare &= off >= min(circle.radius, circle.distance(here))
             open_ &= off >= circle.radius
         return FloorWays(self.lattice, open_, bare, here)
+
+    def _driven(self) -> NDArray[np.bool_]:
+        """The cells by which the robot came, as far back as odometry knows them to a cell."""
+        found = np.zeros(self.lattice.shape, np.bool_)
+        for cell in map(self.lattice.cell, self._way):
+            if self.lattice.holds(cell):
+                found[cell] = True
+        return within(found, SIDE, SIDE)
 
     def _away(self, thing: KeptOff) -> FloatArray:
         points = shapely.points(self.lattice.middles.reshape(-1, 2))
