@@ -87,11 +87,11 @@ class Windows:
         seen = _borne_out(agree, self._has_print, weight, AGREE_SHARE)
         return np.asarray(seen & self._near(_median(self._level, seen)))
 
-    def unlike(self, weight: _Reals, hidden: _Bits, clear: _Bits) -> _Bits:
-        """Where (V, rows, columns) a view shows, as others do, a level that is common where it may
-        see the ground, `clear`, and rare on the faces that hide it, `hidden`.
+    def unlike(self, weight: _Reals, hidden: _Bits) -> _Bits:
+        """Where (V, rows, columns) a view shows, as others do, a level that is rare where faces
+        hide the ground, `hidden`, and common elsewhere.
         """
-        may_see = self.pictured & clear
+        may_see = self.pictured & ~hidden
         if not may_see.any() or not hidden.any():
             return np.zeros_like(may_see)
         bins = np.asarray(np.clip(self._level + MIDDLE_GREY, 0, 255), dtype=np.uint8)

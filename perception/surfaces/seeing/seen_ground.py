@@ -60,17 +60,19 @@ def seen_ground(
     windows = Windows(levels, chosen, [lattice.pixels(view) for view in seeing], lattice.shape)
     shadows = [lattice.shadow(faces, view) for view in seeing]
     hidden = windows.pictured & np.array([shadow[KEPT] for shadow in shadows])
-    clear = ~np.array([_widened(shadow)[KEPT] for shadow in shadows])
+    beside = windows.pictured & np.array([_widened(shadow)[KEPT] for shadow in shadows])
     counts = weight[chosen].astype(np.float32)
-    found = [windows.printed(counts)]
+    # Windows of print reach over what they are beside, and two of them may show it. A level tells
+    # by itself which of the two a pixel shows, however far off the outline of what hides is.
+    found = [(windows.printed(counts), beside)]
     if hidden.any():
-        found.append(windows.unlike(counts, hidden, clear))
+        found.append((windows.unlike(counts, hidden), hidden))
     origins = np.array([view.pose.centre for view in seeing])
     named = tuple(chosen.tolist())
     lattices = []
-    for seen in found:
+    for seen, covered in found:
         wrong = float(seen[hidden].mean()) if hidden.any() else None
-        seen &= clear
+        seen &= ~covered
         if seen.any() and (wrong is None or wrong <= MOST_WRONG):
             steps = EVERY * lattice.steps
             lattices.append(SeenLattice(lattice.corner, steps, origins, seen, named, wrong))

@@ -35,8 +35,10 @@ def pattern(grey: float, contrast: float, seed: int) -> Image:
     return np.rint(grey + contrast * smooth / smooth.std()).clip(0, 255).astype(np.uint8)
 
 
-def picture(place: FloatArray, floor: Image, plate: Image | None) -> View:
-    """The view straight down from a place, of the floor and the plate above it."""
+def picture(
+    place: FloatArray, floor: Image, plate: Image | None, rings: Sequence[FloatArray] = (PLATE,)
+) -> View:
+    """The view straight down from a place, of the floor and the plate above it, or parts of it."""
     seen = View("x.png", np.zeros((HEIGHT, WIDTH), np.uint8), CAMERA, Pose(DOWNWARDS, place))
 
     def drawn(texture: Image, height: float) -> Image:
@@ -46,33 +48,46 @@ def picture(place: FloatArray, floor: Image, plate: Image | None) -> View:
 
     image = drawn(floor, 0.0)
     if plate is not None:
-        ring = (PLATE - place) @ DOWNWARDS.T
-        corners = CAMERA.fx * ring[:, :2] / ring[:, 2:] + [CAMERA.cx, CAMERA.cy]
-        mask = cv2.fillPoly(np.zeros_like(image), [np.rint(corners).astype(np.int32)], 1)
+        mask = np.zeros_like(image)
+        for ring in rings:
+            seen_from = (ring - place) @ DOWNWARDS.T
+            corners = CAMERA.fx * seen_from[:, :2] / seen_from[:, 2:] + [CAMERA.cx, CAMERA.cy]
+            mask = cv2.fillPoly(mask, [np.rint(corners).astype(np.int32)], 1)
         image = np.where(mask > 0, drawn(plate, 1.5), image)
     seed = int(10 * place.sum() + 100)
     return View("x.png", with_noise(image, NOISE, seed), CAMERA, Pose(DOWNWARDS, place))
 
 
 def seen(
-    floor: Image, plate: Image | None, faces: Sequence[Sequence[FloatArray]] = ()
+    floor: Image,
+    plate: Image | None,
+    faces: Sequence[Sequence[FloatArray]] = (),
+    rings: Sequence[FloatArray] = (PLATE,),
 ) -> tuple[SeenLattice, ...]:
-    views = [picture(place, floor, plate) for place in PLACES]
+    views = [picture(place, floor, plate, rings) for place in PLACES]
     levels = GreyLevels(views, [gradient(view.image) for view in views])
     return seen_ground(views, levels, np.ones(len(views)), faces, (UP, 0.0))
+
+
+def points_of(lattice: SeenLattice) -> FloatArray:
+    _, rows, columns = lattice.shown.shape
+    index = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
+    return lattice.corner + index @ lattice.steps
+
+
+def crossed_by(points: FloatArray, place: FloatArray) -> FloatArray:
+    """Where (..., 2) the ways to points cross the plate's height, a quarter of the way up."""
+    return (0.75 * points + 0.25 * place)[..., :2]
 
 
 def beside_and_beneath(lattice: SeenLattice) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which points (v, rows, columns) a view sees surely past the plate, by some pixels and well
     inside its picture, and which the plate hides.
     """
-    _, rows, columns = lattice.shown.shape
-    index = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
-    points = lattice.corner + index @ lattice.steps
+    points = points_of(lattice)
     beside, beneath = [], []
     for place in lattice.origins:
-        # Where the way crosses the plate's height, a quarter of the way up.
-        crossed = np.abs((0.75 * points + 0.25 * place)[..., :2])
+        crossed = np.abs(crossed_by(points, place))
         beneath.append((crossed < [0.62, 0.52]).all(axis=-1))
         near = (crossed < [0.85, 0.75]).all(axis=-1)
         away = np.abs(points - place)[..., :2]
@@ -136,6 +151,37 @@ def test_a_plain_floor_is_seen_by_its_grey_where_a_face_says_how_often_that_is_w
     assert lattice.wrong is not None
     assert lattice.wrong < 0.01
     assert lattice.shown[beside].mean() > 0.95
+    assert not lattice.shown[beneath].any()
+
+
+def test_a_plain_floor_is_seen_through_a_slit_that_is_as_narrow_as_outlines_may_be_off() -> None:
+    # Five pixels at the plate's height, of which each is .015.
+    left, right = PLATE.copy(), PLATE.copy()
+    left[[1, 2], 0], right[[0, 3], 0] = -0.0375, 0.0375
+    plain, plate = pattern(FLOOR_GREY, 0.0, 0), pattern(PLATE_GREY, 0.0, 1)
+    lattice = seen(plain, plate, [[left], [right]], (left, right))[-1]
+    points = points_of(lattice)
+    crossed = [np.abs(crossed_by(points, place)) for place in lattice.origins]
+    within = np.array([(at < [0.02, 0.5]).all(axis=-1) for at in crossed])
+    # Of what the two other views along the slit see.
+    within &= within.sum(axis=0) >= 3
+    assert within.sum() >= 50
+    assert lattice.shown[within].mean() > 0.9
+    beside = np.array([((at > [0.06, 0]) & (at < [0.62, 0.52])).all(axis=-1) for at in crossed])
+    assert not lattice.shown[beside].any()
+
+
+def test_of_a_plate_whose_outline_was_found_too_small_nothing_passes_for_a_plain_floor() -> None:
+    plain, plate = pattern(FLOOR_GREY, 0.0, 0), pattern(PLATE_GREY, 0.0, 1)
+    # By three pixels at its height.
+    small = PLATE - 0.045 * np.sign(PLATE) * [1, 1, 0]
+    lattice = seen(plain, plate, [[small]])[-1]
+    beside, _ = beside_and_beneath(lattice)
+    assert lattice.shown[beside].mean() > 0.95
+    points = points_of(lattice)
+    crossed = [np.abs(crossed_by(points, place)) for place in lattice.origins]
+    # But for the pixel that the rim crosses.
+    beneath = np.array([(at < [0.68, 0.58]).all(axis=-1) for at in crossed])
     assert not lattice.shown[beneath].any()
 
 
