@@ -40,6 +40,7 @@ from facetlog.perception.detection.line_front_end.evidence.joined_sides import (
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.ground_spurs import without_spurs
 from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
@@ -88,8 +89,6 @@ SAME_PLANE_PX = 8.0
 TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, are not blocked.
 FREE_PX = 4.0
-# A face has a neighbour at each side that is this share of its perimeter: curves have none.
-LONG_SIDE = 0.08
 
 
 def select_faces(
@@ -179,6 +178,7 @@ class _Selection:
                 continue
             if best.after == len(self._faces):
                 # The plainest form may leave out a side that a face needs.
+                best = self._without_spurs(best)
                 forms = (self._plain(best), best)
                 plain = next((form for form in forms if self._is_face(form)), None)
                 if plain is not None and not self._accepted(plain):
@@ -279,6 +279,15 @@ class _Selection:
         known = [] if self._ground is None else [self._ground.normal]
         return known + [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
 
+    def _without_spurs(self, candidate: Candidate) -> Candidate:
+        # Without what is ground, if that is a face.
+        corners, normal, shown = candidate.corners, candidate.normal, candidate.evidence.shown
+        seen = self._taken, self._photos, self._ground, self._pixel
+        ring = without_spurs(corners, normal, shown, *seen)
+        if ring is corners:
+            return candidate
+        return self._instead(tidy(ring, normal, self._pixel), candidate) or candidate
+
     def _plain(self, best: Candidate) -> Candidate:
         # In the plainest form, square to what is known.
         queued = (c for _, _, c in sorted(self._queue, key=lambda entry: entry[:2]))
@@ -339,12 +348,9 @@ class _Selection:
         return True
 
     def _propose_neighbours(self, face: SelectedFace, score: float) -> None:
-        # Most things have right angles: a plane through each side across the face.
-        ends = ring_sides(face.corners)
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        for side, reach in zip(ends, length, strict=True):
-            if reach < LONG_SIDE * length.sum():
-                continue
+        # Most things have right angles: a plane through each side across the face, also of holes.
+        for side in face.long_sides:
+            reach = float(np.linalg.norm(side[1] - side[0]))
             normal = np.cross(face.normal, (side[1] - side[0]) / reach)
             distance = float(normal @ side.mean(axis=0))
             away = np.abs(self._cloud.segments @ normal - distance).max(axis=1)

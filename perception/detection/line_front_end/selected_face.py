@@ -5,9 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.types import FloatArray
 
 __all__ = ["SelectedFace"]
+
+# A face has a neighbour at each side that is this share of its ring's length: curves have none.
+LONG_SIDE = 0.08
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,3 +32,13 @@ class SelectedFace:
     plane_cov: FloatArray | None = None
     holes: tuple[FloatArray, ...] = ()
     has_edges: bool = True
+
+    @property
+    def long_sides(self) -> FloatArray:
+        """The sides (n, 2, 3) of its outline and its holes at which it may have a neighbour."""
+        long = []
+        for ring in (self.corners, *self.holes):
+            sides = ring_sides(ring)
+            length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+            long.append(sides[length >= LONG_SIDE * length.sum()])
+        return np.concatenate(long)

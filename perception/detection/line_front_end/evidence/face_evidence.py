@@ -11,14 +11,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.face_conflicts import blocked
+from facetlog.perception.detection.line_front_end.evidence.ground_behind import ground_ratio
 from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     CLEAR_PX,
     MIN_CONSISTENT,
     MIN_INSIDE,
     MIN_WEIGHT,
 )
-from facetlog.perception.detection.line_front_end.evidence.photo_consistency import FREE_LEVEL
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import (
     BESIDE_PX,
@@ -189,28 +188,14 @@ class FaceJudge:
     ) -> bool:
         """Whether the pixels that show a face (k, 3) are better explained by the ground behind it.
 
-        A pattern of the ground repeats itself: some views see one tile where others see the next;
-        and one sees through between legs. So each view's pixels are compared with the ground that
-        they would show, whose level is taken from the other views that see it past the face; or
-        from all others, with a penalty, since they may see the face there. The face's own
-        `evidence` and `taken` as in `judge`.
+        The face's own `evidence` and `taken` as in `judge`.
         """
-        ground = self._ground
-        if ground is None:
+        if self._ground is None:
             return False
-        photos, weight = self._photos, self._weight
-        everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
-        by_ground = np.zeros((2, len(evidence.points)))
-        for k in showing.tolist():
-            points, meets = ground.behind(photos.centres[k], evidence.points)
-            others = everyone[everyone != k]
-            past = ~blocked(corners, normal, points, photos.centres[others])
-            agreements = photos.agree_if_clear(others, points, taken, past)
-            for total, found in zip(by_ground, agreements, strict=True):
-                ratio = photos.known_surface(k, points, found.level)
-                total += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
-        best = np.maximum(by_ground[0], by_ground[1] - FREE_LEVEL)
-        return bool((best > evidence.ratio).mean() > MOST_GROUND)
+        points, shown = evidence.points, evidence.shown
+        face = self._photos, self._ground, corners, normal
+        by_ground = ground_ratio(*face, points, shown, taken)
+        return bool((by_ground > evidence.ratio).mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) appears in the chosen views (v,), px: a sliver's width.
