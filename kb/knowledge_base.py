@@ -352,10 +352,11 @@ class KnowledgeBase(Closing):
         return self.with_unseen(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:
-        """Where a face, edge, vertex, thing, view or fact comes from, down to views and pixels.
+        """Where something of a scene, or a fact, comes from: down to views and pixels.
 
-        `about` is its name or the fact as text, of which later arguments may be left out:
-        "angle(f1, f2)". Raises QueryError if the scene has nothing of that name.
+        `about` is the name of a face, edge, vertex, thing, piece, opening or view, or the fact as
+        text, of which later arguments may be left out: "angle(f1, f2)". Raises QueryError if the
+        scene has nothing of that name.
         """
         return decode_origin(self._explained("origin", scene, (about,)))
 

@@ -8,7 +8,9 @@ from facetlog.kb.explaining.origin import (
     EdgeOrigin,
     FaceOrigin,
     FactOrigin,
+    OpeningOrigin,
     Origin,
+    PieceOrigin,
     Plane,
     Sighting,
     ThingOrigin,
@@ -34,6 +36,10 @@ def decode_origin(term: Term) -> Origin:
             return ThingOrigin(
                 name, _three(sizes), tuple(map(_face, faces)), tuple(map(_edge, edges))
             )
+        case Struct("piece"):
+            return _piece(term)
+        case Struct("opening"):
+            return _opening(term)
         case Struct("view", (Atom(name), (picture,), tuple(vertices))):
             return ViewOrigin(name, readable(picture), tuple(map(readable, vertices)))
         case Struct("facts", (tuple(facts), tuple(origins))):
@@ -84,6 +90,59 @@ def _face(term: Term) -> FaceOrigin:
                 evidence=_first(evidence),
                 plane=_plane(planes, sds),
                 corners=tuple(map(_vertex, corners)),
+            )
+    raise _unreadable(term)
+
+
+def _piece(term: Term) -> PieceOrigin:
+    match term:
+        case Struct(
+            "piece",
+            (
+                Atom(name),
+                tuple(things),
+                (Struct("size", (*lengths, sd)),),
+                tuple(heights),
+                tuple(measured),
+                (curved,),
+                tuple(faces),
+            ),
+        ) if len(lengths) == 3:
+            longest, middle, least = map(_number, lengths)
+            return PieceOrigin(
+                name=name,
+                thing=_first(things),
+                size=(longest, middle, least),
+                size_sd=_number(sd),
+                heights=_three(heights),
+                is_measured=bool(measured),
+                curved_share=_number(curved),
+                faces=tuple(map(_face, faces)),
+            )
+    raise _unreadable(term)
+
+
+def _opening(term: Term) -> OpeningOrigin:
+    match term:
+        case Struct(
+            "opening",
+            (
+                Atom(name),
+                tuple(things),
+                (Struct("size", (length, width, sd)),),
+                tuple(heights),
+                tuple(pieces),
+                tuple(faces),
+            ),
+        ):
+            return OpeningOrigin(
+                name=name,
+                thing=_first(things),
+                size=(_number(length), _number(width)),
+                size_sd=_number(sd),
+                heights=_three(heights),
+                pieces=tuple(map(readable, pieces)),
+                faces=tuple(map(_face, faces)),
             )
     raise _unreadable(term)
 

@@ -1,6 +1,6 @@
 """Where a name or fact of a scene comes from: down to vertices, and to pixels of pictures."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
@@ -12,7 +12,9 @@ __all__ = [
     "EdgeOrigin",
     "FaceOrigin",
     "FactOrigin",
+    "OpeningOrigin",
     "Origin",
+    "PieceOrigin",
     "Plane",
     "Sighting",
     "ThingOrigin",
@@ -147,6 +149,72 @@ class EdgeOrigin:
 
 
 @dataclass(frozen=True, slots=True)
+class PieceOrigin:
+    """A piece: its thing, the sides of its least box, longest first, and the faces of its own.
+
+    `heights` are from where to where it reaches above its thing's lowest point, and their
+    deviation; None where up is not known. `curved_share` is how much of its surface is curved.
+    """
+
+    name: str
+    thing: str | None
+    size: tuple[float, float, float]
+    size_sd: float
+    heights: tuple[float, float, float] | None
+    is_measured: bool
+    curved_share: float
+    faces: tuple[FaceOrigin, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The piece, then its faces; of one without a face that it is curved all over."""
+        said = ["measured" if self.is_measured else "implied"]
+        if self.thing:
+            said.append(f"part of {self.thing}")
+        said.append(length_words(self.size, self.size_sd, length_unit or "", sign=" × "))
+        said += _raised(self.heights, length_unit)
+        if self.curved_share > 0.0:
+            said.append(f"{self.curved_share:.0%} of its surface curved")
+        yield f"{self.name}: a piece, {', '.join(said)}"
+        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        faces = [face.to_json() for face in self.faces]
+        return {"kind": "piece", **asdict(self), "faces": faces}
+
+
+@dataclass(frozen=True, slots=True)
+class OpeningOrigin:
+    """An opening: its thing, length and width of what one sees through, and what is round it.
+
+    `heights` as of a piece; `pieces` are along its rim, and it is in `faces`.
+    """
+
+    name: str
+    thing: str | None
+    size: tuple[float, float]
+    size_sd: float
+    heights: tuple[float, float, float] | None
+    pieces: tuple[str, ...]
+    faces: tuple[FaceOrigin, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The opening with what frames it, then the faces that it is in."""
+        said = [f"through {self.thing}"] if self.thing else []
+        said.append(length_words(self.size, self.size_sd, length_unit or "", sign=" × "))
+        said += _raised(self.heights, length_unit)
+        if self.pieces:
+            said.append(f"framed by {', '.join(self.pieces)}")
+        yield f"{self.name}: an opening, {', '.join(said)}"
+        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        faces = [face.to_json() for face in self.faces]
+        return {"kind": "opening", **asdict(self), "faces": faces}
+
+
+@dataclass(frozen=True, slots=True)
 class ThingOrigin:
     """A thing: the sides of its least box, longest first, its faces and its loose edges."""
 
@@ -162,11 +230,8 @@ class ThingOrigin:
             size = f", {length_words(self.size, 0.0, length_unit or '', sign=' × ')}"
         loose = f" and {_count(len(self.edges), 'loose edge')}" if self.edges else ""
         yield f"{self.name}: a thing of {_count(len(self.faces), 'face')}{loose}{size}"
-        for items, noun in ((self.faces, "face"), (self.edges, "loose edge")):
-            shown = len(items) if full else SHOWN
-            for item in items[:shown]:
-                yield from _indented(item.lines(full=full, length_unit=length_unit))
-            yield from _rest(len(items) - shown, noun)
+        yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
+        yield from _item_lines(self.edges, "loose edge", full=full, length_unit=length_unit)
 
     def to_json(self) -> dict[str, Any]:
         """The origin as plain data."""
@@ -227,8 +292,34 @@ class FactOrigin:
         }
 
 
-Origin: TypeAlias = VertexOrigin | FaceOrigin | EdgeOrigin | ThingOrigin | ViewOrigin | FactOrigin
+Origin: TypeAlias = (
+    VertexOrigin
+    | FaceOrigin
+    | EdgeOrigin
+    | PieceOrigin
+    | OpeningOrigin
+    | ThingOrigin
+    | ViewOrigin
+    | FactOrigin
+)
 """Where something of a scene comes from; each has lines() and to_json()."""
+
+
+def _item_lines(
+    items: Sequence[FaceOrigin | EdgeOrigin], noun: str, *, full: bool, length_unit: str | None
+) -> Iterator[str]:
+    """The first of some faces or edges, indented, and how many more there are."""
+    shown = len(items) if full else SHOWN
+    for item in items[:shown]:
+        yield from _indented(item.lines(full=full, length_unit=length_unit))
+    yield from _rest(len(items) - shown, noun)
+
+
+def _raised(heights: tuple[float, float, float] | None, length_unit: str | None) -> Iterator[str]:
+    """From where to where something reaches above its thing's lowest point, where that is known."""
+    if heights is not None:
+        low, high, sd = heights
+        yield f"{length_words((low, high), sd, length_unit or '', sign=' to ')} up"
 
 
 def _indented(lines: Iterator[str]) -> Iterator[str]:

@@ -19,9 +19,11 @@ FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
 
 # What asks for facts on demand without naming them: words of the vocabulary (rules/line_labels.pl,
-# rules/vocabulary.pl), and the request for what was not seen (sight.pl).
+# rules/vocabulary.pl), and the requests for what was not seen (sight.pl) and for where something
+# comes from (origin.pl), which may be a piece.
 RESTING_WORDS = (
     "sight",
+    "origin",
     "line_label",
     "impossible_drawing",
     r"(?:piece|opening)_\w+",

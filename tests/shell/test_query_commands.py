@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from facetlog.cli import main
+from facetlog.grammar.library import BUILTIN
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -168,6 +169,18 @@ def test_where_a_name_or_fact_comes_from(scene: str, capsys: pytest.CaptureFixtu
     assert len(capsys.readouterr().out) > len(brief)
     assert main(["why", scene, "f1", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["schema"] == "facetlog-origin/1"
+
+
+def test_a_part_that_is_a_piece_is_followed_to_its_faces(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "model stand\n  board top\n  at least 1 bars leg where leg carries top\n  top is level\n"
+    (tmp_path / "stand.model").write_text(text, encoding="utf-8")
+    asked = ["why", str(BUILTIN / "scenes" / "chair_two_legs.json")]
+    assert main([*asked, "stand", "--models", str(tmp_path / "stand.model"), "--full"]) == 0
+    assert re.search(r"^p\d: a piece, .*\n  f\d+: a face", capsys.readouterr().out, re.MULTILINE)
+    assert main([*asked, "p1"]) == 0
+    assert capsys.readouterr().out.startswith("p1: a piece")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 
 /** <module> Where it comes from
 
-From a thing, face, edge or fact of the current scene down to the vertices and to the pixels in which
+From a thing, piece, opening, face, edge or fact of the current scene down to the vertices and to the pixels in which
 views saw them.
 */
 
@@ -15,10 +15,14 @@ views saw them.
 
 %!  origin(+About, -Origin) is det.
 %
-%   About is the name of a thing, face, edge, vertex or view, or the beginning of a fact: its functor
-%   with at least its keys, further arguments left out or unbound. Origin is one of
+%   About is the name of a thing, piece, opening, face, edge, vertex or view, or the beginning of a
+%   fact: its functor with at least its keys, further arguments left out or unbound. Origin is one of
 %
 %     - thing(Name, Sizes, Faces, Edges): origins of its faces and loose edges;
+%     - piece(Name, Things, Sizes, Heights, Measured, Rounds, Faces): Measured is [yes] where some of
+%       it was seen; origins of the faces that are mostly its own;
+%     - opening(Name, Things, Sizes, Heights, Pieces, Faces): the pieces along its rim, and origins of
+%       the faces that it is in;
 %     - face(Name, Things, Evidence, Planes, PlaneSds, Corners): origins of its vertices in order;
 %     - edge(Name, Evidence, Lengths, Supports, Ends, Faces): origins of two vertices, and the faces
 %       that it bounds;
@@ -58,6 +62,8 @@ has_origin(Name) :- atom(Name), fact(face(Name)), !.
 has_origin(Name) :- atom(Name), fact(vertex(Name)), !.
 has_origin(Name) :- atom(Name), fact(edge(Name, _, _)), !.
 has_origin(Name) :- atom(Name), fact(thing(Name)), !.
+has_origin(Name) :- atom(Name), fact(piece(Name)), !.
+has_origin(Name) :- atom(Name), fact(opening(Name)), !.
 
 named(Name, face(Name, Things, Evidence, Planes, Sds, Corners)) :-
     fact(face(Name)),
@@ -87,6 +93,25 @@ named(Name, thing(Name, Sizes, Faces, Edges)) :-
     partition(is_face, Members, FaceNames, EdgeNames),
     maplist(named, FaceNames, Faces),
     maplist(named, EdgeNames, Edges).
+named(Name, piece(Name, Things, Sizes, Heights, Measured, Rounds, Faces)) :-
+    fact(piece(Name)),
+    !,
+    found(T, piece_of(Name, T), Things),
+    found(size(L, W, H, Sd), piece_size(Name, L, W, H, Sd), Sizes),
+    found(from(Low, High, HeightSd), piece_heights(Name, Low, High, HeightSd), Heights),
+    found(yes, piece_measured(Name), Measured),
+    found(R, piece_round(Name, R), Rounds),
+    found(F, piece_face(Name, F), FaceNames),
+    maplist(named, FaceNames, Faces).
+named(Name, opening(Name, Things, Sizes, Heights, Pieces, Faces)) :-
+    fact(opening(Name)),
+    !,
+    found(T, opening_of(Name, T), Things),
+    found(size(L, W, Sd), opening_size(Name, L, W, Sd), Sizes),
+    found(from(Low, High, HeightSd), opening_heights(Name, Low, High, HeightSd), Heights),
+    found(P, frames(P, Name), Pieces),
+    findall(F, ( fact(opening_in(Name, F)), is_face(F) ), FaceNames),
+    maplist(named, FaceNames, Faces).
 named(Name, view(Name, Files, Vertices)) :-
     fact(view(Name, _)),
     !,

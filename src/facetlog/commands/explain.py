@@ -55,7 +55,7 @@ def why_command(
     ] = False,
     html: Html = None,
 ) -> int:
-    """Says why a model holds, or where a face or fact comes from.
+    """Says why a model holds, or where a face, a piece or a fact comes from.
 
     Exit code 0: it does, 1: it does not; then what comes nearest.
     """

@@ -173,7 +173,7 @@ def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
 
 
 def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:
-    """Where a face, edge, vertex, thing, view or fact comes from; QueryError for another name."""
+    """Where something of a scene or a fact comes from; QueryError for another name."""
     found = session.base.origin(scene, name)
     unit = session.base.scenes[scene].length_unit
     whole = tuple(found.lines(full=True, length_unit=unit))

@@ -15,10 +15,14 @@ _GOALS = {
     ArgumentKind.EDGE: "edge(N, _, _)",
     ArgumentKind.VERTEX: "vertex(N)",
     ArgumentKind.THING: "thing(N)",
+    ArgumentKind.PIECE: "piece(N)",
+    ArgumentKind.OPENING: "opening(N)",
     ArgumentKind.VIEW: "view(N, _)",
 }
 _MIXED = {
     ArgumentKind.PART: (ArgumentKind.FACE, ArgumentKind.EDGE),
+    ArgumentKind.LEVEL: (ArgumentKind.FACE, ArgumentKind.PIECE),
+    ArgumentKind.SOLID: (ArgumentKind.PIECE, ArgumentKind.OPENING),
     ArgumentKind.BODY: (ArgumentKind.FACE, ArgumentKind.EDGE, ArgumentKind.THING),
 }
 

@@ -6,7 +6,14 @@ from collections.abc import Callable
 import pytest
 
 from facetlog.errors import QueryError
-from facetlog.kb.explaining.origin import FaceOrigin, FactOrigin, ThingOrigin, VertexOrigin
+from facetlog.kb.explaining.origin import (
+    FaceOrigin,
+    FactOrigin,
+    OpeningOrigin,
+    PieceOrigin,
+    ThingOrigin,
+    VertexOrigin,
+)
 from facetlog.kb.loading.encode import Fact
 from tests.kb.asked import asked
 
@@ -78,6 +85,67 @@ def test_a_thing_comes_from_its_faces(facts: list[Fact]) -> None:
         thing = ask.origin("t1")
     assert isinstance(thing, ThingOrigin)
     assert [face.name for face in thing.faces] == ["f1", "f2", "f3"]
+
+
+@pytest.fixture
+def with_pieces(facts: list[Fact]) -> list[Fact]:
+    """The same with a piece that has two of the faces as its own, and an opening in one of them."""
+    return [
+        *facts,
+        ("piece", "p1"),
+        ("piece_of", "p1", "t1"),
+        ("piece_size", "p1", 0.4, 0.3, 0.02, 0.001),
+        ("piece_heights", "p1", 0.1, 0.12, 0.001),
+        ("piece_measured", "p1"),
+        ("piece_round", "p1", 0.0),
+        ("piece_face", "p1", "f1"),
+        ("piece_face", "p1", "f2"),
+        ("opening", "o1"),
+        ("opening_of", "o1", "t1"),
+        ("opening_size", "o1", 0.1, 0.05, 0.001),
+        ("frames", "p1", "o1"),
+        ("opening_in", "o1", "f3"),
+        ("opening_in", "o1", "p1"),
+    ]
+
+
+def test_a_piece_comes_from_the_faces_of_its_own(with_pieces: list[Fact]) -> None:
+    with asked(with_pieces) as ask:
+        piece = ask.origin("p1")
+    assert isinstance(piece, PieceOrigin)
+    assert piece.size == (0.4, 0.3, 0.02)
+    assert [face.name for face in piece.faces] == ["f1", "f2"]
+    assert piece.faces[0].corners[1].sightings[0].picture == "00.png"
+    kind, measured, thing, size, heights = next(piece.lines(length_unit="m")).split(", ")
+    assert (kind, measured, thing) == ("p1: a piece", "measured", "part of t1")
+    assert (size, heights) == ("(40.0 × 30.0 × 2.0) ± 0.1 cm", "(10.0 to 12.0) ± 0.1 cm up")
+    assert json.loads(json.dumps(piece.to_json()))["kind"] == "piece"
+
+
+def test_a_piece_without_a_face_of_its_own_has_an_origin(facts: list[Fact]) -> None:
+    round_leg: list[Fact] = [
+        ("piece", "p2"),
+        ("piece_of", "p2", "t1"),
+        ("piece_size", "p2", 0.4, 0.04, 0.04, 0.001),
+        ("piece_round", "p2", 1.0),
+    ]
+    with asked([*facts, *round_leg]) as ask:
+        (line,) = ask.origin("p2").lines(length_unit="m")
+    assert "implied" in line
+    assert line.endswith("100% of its surface curved")
+
+
+def test_an_opening_comes_from_what_is_round_it(with_pieces: list[Fact]) -> None:
+    with asked(with_pieces) as ask:
+        opening = ask.origin("o1")
+        piece, fact = ask.origin("p1"), ask.origin("frames(p1, o1)")
+    assert isinstance(opening, OpeningOrigin)
+    assert (opening.pieces, opening.heights) == (("p1",), None)
+    assert [face.name for face in opening.faces] == ["f3"]
+    first = next(opening.lines(length_unit="m"))
+    assert first == "o1: an opening, through t1, (10.0 × 5.0) ± 0.1 cm, framed by p1"
+    assert isinstance(fact, FactOrigin)
+    assert fact.of == (piece, opening)
 
 
 @pytest.mark.parametrize("about", ["f9", "angel(f1)"])
