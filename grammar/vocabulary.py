@@ -15,7 +15,6 @@ __all__ = [
     "ANY",
     "FACE",
     "IN_SPACE",
-    "LEFT",
     "OPENING",
     "PIECE",
     "THING",
@@ -352,11 +351,3 @@ _WORDS = (
 
 VOCABULARY: Mapping[str, Word] = MappingProxyType({word.name: word for word in _WORDS})
 """The words by name."""
-
-_BY_SPACE = (
-    "a model means the same however a thing was measured: write what must be full or free "
-    "(`solidity(this)`, `hollow_side(this)`, `free_below(top)`), and `if known:` before what need "
-    "not be known"
-)
-LEFT: Mapping[str, str] = MappingProxyType({"whole": _BY_SPACE, "scanned": _BY_SPACE})
-"""Words that are none any more, and what to write instead."""

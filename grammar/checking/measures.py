@@ -13,8 +13,9 @@ from facetlog.grammar.fixing.missing_unit import missing_unit
 from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
+from facetlog.grammar.spoken import SPOKEN_WORDS
 from facetlog.grammar.units import UNITS, Dimension
-from facetlog.grammar.vocabulary import LEFT, THING, Kinds, Word
+from facetlog.grammar.vocabulary import THING, Kinds, Word
 
 __all__ = ["MeasureChecker", "Names"]
 
@@ -110,7 +111,7 @@ class MeasureChecker(ABC):
             "unknown-name",
             f"nothing here is called `{name}`",
             name,
-            said(name.text, known) or self._as_unit(name),
+            said(name.text, known) or self._as_unit(name) or SPOKEN_WORDS.get(name.text, ""),
             respelling(name, known),
         )
 
@@ -160,8 +161,8 @@ class MeasureChecker(ABC):
 
     def unknown_word(self, name: s.Name, message: str, known: Collection[str]) -> None:
         """The fault of a name that is none of these: what to write instead, or its neighbour."""
-        if name.text in LEFT:
-            self.fault("unknown-word", message, name, LEFT[name.text])
+        if name.text in SPOKEN_WORDS:
+            self.fault("unknown-word", message, name, SPOKEN_WORDS[name.text])
         else:
             hint, fixes = said(name.text, known), respelling(name, known)
             self.fault("unknown-word", message, name, hint, fixes)

@@ -8,6 +8,7 @@ from facetlog.grammar.faults import Fault
 from facetlog.grammar.fixing.respelling import is_slip, respelt
 from facetlog.grammar.reading.layout import STATEMENT_WORDS, Statement, Token
 from facetlog.grammar.source import Source, Span
+from facetlog.grammar.spoken import hint_of_phrase
 
 __all__ = ["Parsing", "explained"]
 
@@ -62,16 +63,16 @@ def explained(
         span = Span(token.start, token.end)
         fix = respelt(span, word, sure=is_slip(token.text, word))
         return Fault("misspelt", message, source, span, f"did you mean `{word}`?", fixes=(fix,))
-    at_end = here.reach >= len(text)
-    wanted = _wanted(here.expected)
-    if at_end:
+    if here.reach >= len(text):
         span = Span(statement.span.end, statement.span.end)
-        message = "the statement ends too early"
+        message, at = "the statement ends too early", len(text)
     else:
         token = _token_at(statement, base + here.reach)
         span = Span(token.start, token.end)
-        message = f"`{token.text[:30]}` cannot stand here"
-    return Fault("syntax", message, source, span, f"expected {wanted}" if wanted else "")
+        message, at = f"`{token.text[:30]}` cannot stand here", token.start - base
+    wanted = _wanted(here.expected)
+    hint = hint_of_phrase(text, at) or (f"expected {wanted}" if wanted else "")
+    return Fault("syntax", message, source, span, hint)
 
 
 def _token_at(statement: Statement, offset: int) -> Token:

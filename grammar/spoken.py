@@ -1,0 +1,116 @@
+"""What people say first, and how the language says it: hints for what it does not read."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+__all__ = ["SPOKEN_WORDS", "hint_of_phrase"]
+
+_BY_SPACE = (
+    "a model means the same however a thing was measured: write what must be full or free "
+    "(`solidity(this)`, `hollow_side(this)`, `free_below(top)`), and `if known:` before what need "
+    "not be known"
+)
+_ON_GROUND = "write `leg is on_ground`"
+
+SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
+    {
+        "whole": _BY_SPACE,
+        "scanned": _BY_SPACE,
+        "horizontal": "write `level`",
+        "flat": "write `level`, or `board` for what is thin",
+        "vertical": "write `upright`",
+        "thin": "call it a `board`, or write `thickness(top) at most 3 cm`",
+        "slender": "call it a `bar`, or write `width(leg) at most 10 % of length(leg)`",
+        "seen": "write `measured`: not only completed from what is round it",
+        "visible": "write `measured`: not only completed from what is round it",
+        "ground": _ON_GROUND,
+        "floor": _ON_GROUND,
+        "stands_on": _ON_GROUND,
+        "standing": _ON_GROUND,
+        "touches": "write `a joins b` of pieces, `a adjoins b` of faces",
+        "supports": "write `leg carries top`",
+        "opening": "name it: `opening way`, and `way in front` for where it is",
+    }
+)
+"""Words that are none of the language, or none any more, and what to write instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Phrase:
+    """A phrase as people say it, and what to write; `{…}` stands for the pattern's groups."""
+
+    said: re.Pattern[str]
+    write: str
+
+    @staticmethod
+    def of(said: str, write: str) -> "_Phrase":
+        return _Phrase(re.compile(said), write)
+
+
+# Words that begin a statement of the language, and ones that stand within one.
+_FIRST_WORDS = (
+    "use|model|let|define|drop|size|example|expect|optional|one|at|exactly|between|any|each|there"
+    "|not|no|if|face|edge|vertex|element|piece|board|bar|block|opening"
+)
+_WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|like|rather"
+
+# In the order in which they are tried: what says most comes first.
+_PHRASES = (
+    _Phrase.of(r"\bstands?\s+on\b.*", _ON_GROUND),
+    _Phrase.of(r">=?", "write `at least`"),
+    _Phrase.of(r"<=?", "write `at most`"),
+    _Phrase.of(
+        r"^(?:at\s+(?:least|most)|exactly)\s+(?P<count>\d+)\s+(?P<name>\w+)\s+where\b\s*\w*",
+        "say of what kind they are: `at least {count} bars {name} where ...`",
+    ),
+    _Phrase.of(
+        r"^(?P<count>\d+)\s+(?P<kind>\w+)\s+\w+",
+        "write `exactly {count} {kind} ...` or `at least {count} {kind} ...`",
+    ),
+    _Phrase.of(
+        r"^(?P<kind>\w+s)\s+(?P<name>\w+)\s+where\b.*",
+        "say how many: `any number of {kind} {name} where ...`, or `at least 2 {kind} ...`",
+    ),
+    _Phrase.of(
+        r"^each\s+(?P<name>\w+)\s+(?:is|has|\w+s)\b",
+        "write a colon, and name it again: `each {name}: {name} is ...`",
+    ),
+    _Phrase.of(
+        r"^there\s+(?P<what>is\s+(?:an?|no)\s+\w+|are\s+.*?\w+)\s+(?P<where>above|below|on|in)\s.*",
+        "give it a name: `there {what} x where x {where} ...`",
+    ),
+    _Phrase.of(
+        r"^no\s+(?P<kind>\w+)\s+(?P<where>\w+).*",
+        "write `there is no {kind} x where x {where} ...`",
+    ),
+    _Phrase.of(
+        r"\b(?P<measure>length|width|height|thickness|elevation|tilt|solidity)\s+of\s+(?P<name>\w+)"
+        r"(?:\s+\w+)?",
+        "write `{measure}({name})`",
+    ),
+    _Phrase.of(
+        r"\b(?P<name>\w+)\s+has\s+(?:an?\s+)?(?P<measure>\w+)(?:\s+of)?\s+(?P<size>[\d.]+\s*\w*).*",
+        "write `{measure}({name}) about {size}`",
+    ),
+    _Phrase.of(
+        rf"^(?!(?:{_FIRST_WORDS})\b)\w+\s+(?!(?:{_WITHIN})\b)(?P<name>\w+)$",
+        "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`: "
+        "`board {name}`",
+    ),
+    _Phrase.of(r"\bthe\s+(?P<name>\w+)(?:\s+\w+){0,2}", "leave the article out: `{name}`"),
+)
+
+
+def hint_of_phrase(text: str, at: int) -> str:
+    """What to write for the phrase of a statement that ends to be the language at a place in it.
+
+    `at` is the offset of the sign that cannot be read, or the text's end; empty where none of the
+    phrases that people say goes over it.
+    """
+    for phrase in _PHRASES:
+        for match in phrase.said.finditer(text):
+            if match.start() <= at <= match.end():
+                return phrase.write.format(**match.groupdict())
+    return ""
