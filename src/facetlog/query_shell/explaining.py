@@ -99,7 +99,13 @@ def unknown_subject(
     "there is neither a model nor a thing of the scene called 'bx'; did you mean box?"
     >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, ""))
     "there is neither a model nor a thing of the scene called ''; models are box"
+    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "my.model"))
+    "'my.model' is a file of models: load it (--models FILE, :load FILE) and name a model"
     """
+    if text.endswith(".model"):
+        return InputError(
+            f"{text!r} is a file of models: load it (--models FILE, :load FILE) and name a model"
+        )
     known = tuple(models)
     meant = nearest(text, (*known, *(name for those in names.values() for name in those)))
     alike = next((those for those in names.values() if those and those[0][0] == text[:1]), ())
