@@ -12,7 +12,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.robot.collecting.test_board import CHARUCO, seen_by
 
 from facetlog.cli import main
 from facetlog.perception.types import Pose
@@ -21,6 +20,7 @@ from facetlog.robot.mount.mount import Mount, read_mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
 from tests.robot.collecting.test_run import simulated
+from tests.robot.mount.test_board import CHARUCO, seen_by
 
 pytestmark = pytest.mark.slow
 

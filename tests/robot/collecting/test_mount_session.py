@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.robot.collecting.test_board import CHARUCO, seen_by
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image, Pose
@@ -21,6 +20,7 @@ from facetlog.robot.mount.mount import DEFAULT_MOUNT, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 from tests.robot.collecting.fakes import FakeCamera, FakeHead, FakeRobot
+from tests.robot.mount.test_board import CHARUCO, seen_by
 
 CAMERA = tour_camera()
 FACING = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
