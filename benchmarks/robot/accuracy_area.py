@@ -177,7 +177,7 @@ def explored_room(seed: int) -> Outcome:
         record = Record(folder, optics, {"tour": "area"})
         body = Body(KIND.radius, KIND.width)
         base = MobileBase(robot, start, pace=pace, heard=explorer.heard, body=body)
-        rig = Rig(base, head, camera, optics, reach, start, 0.0)
+        rig = Rig(base, head, camera, optics, reach, 0.0)
         stops = ChosenStops(
             explorer,
             around,

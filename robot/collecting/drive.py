@@ -131,10 +131,10 @@ class Robot(Protocol):
 class MobileBase:
     """A robot that follows routes given in the world frame.
 
-    `start` is the pose of odometry's origin in the world. `closed` are the keep-out circles for the
-    robot's middle. `moved` is called with every report while it drives, `heard` with its place and
-    what its sonars said last. With its `body` it goes no faster than its sonars see that the way is
-    free, and waits where it is not.
+    `start` is the pose of odometry's origin in the world, until it is placed anew. `closed` are the
+    keep-out circles for the robot's middle. `moved` is called with every report while it drives,
+    `heard` with its place and what its sonars said last. With its `body` it goes no faster than its
+    sonars see that the way is free, and waits where it is not.
     """
 
     def __init__(
@@ -148,7 +148,9 @@ class MobileBase:
         heard: Heard | None = None,
         body: Body | None = None,
     ) -> None:
-        self._robot, self._start, self._pace = robot, start, pace
+        self._robot, self._pace = robot, pace
+        self.start = start
+        """The pose of odometry's origin in the world."""
         self._closed, self._moved, self._body = closed, moved, body
         self._heard = heard
         self._last: RobotView | None = None
@@ -166,7 +168,11 @@ class MobileBase:
 
     def place(self, state: RobotView) -> Pose2:
         """The robot's pose in the world by a report."""
-        return self._start.compose(state.pose)
+        return self.start.compose(state.pose)
+
+    def stands_at(self, place: Pose2) -> None:
+        """Takes where the robot, which stands, truly is in the world."""
+        self.start = place.compose(self._robot.state.pose.inverse())
 
     def follow(self, route: Route) -> None:
         """Drives along a route and stops at its end.

@@ -10,7 +10,7 @@ from facetlog.errors import DeviceError
 from facetlog.robot.collecting.drive import STANDS_SPEED, STANDS_TURNING
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.collecting.request import TRAFFIC_FILE
-from facetlog.robot.collecting.run_sessions import run_sessions, run_start
+from facetlog.robot.collecting.run_sessions import Run, run_sessions, runs_of
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
@@ -53,18 +53,17 @@ def _last_heard(folder: Path, lines: Sequence[Mapping[str, object]]) -> LastPlac
     path = folder / TRAFFIC_FILE
     if not path.is_file():
         return None
-    run = next(line for line in reversed(lines) if "schema" in line)
-    sessions = run_sessions(path, (run_start(run, folder),))
-    found: tuple[Pose2, RobotState] | None = None
+    sessions = run_sessions(path, runs_of(lines, folder)[-1:])
+    found: tuple[Run, float, RobotState] | None = None
     with suppress(DeviceError):  # a session that ends before its first report
-        for session, start, _ in sessions:
+        for session, run, since in sessions:
             for state in replayed_states(replay(path, session)):
-                found = start, state
+                found = run, since, state
     if found is None:
         return None
-    start, state = found
+    run, since, state = found
     stands = abs(state.speed) < STANDS_SPEED and abs(state.turning) < STANDS_TURNING
     how = "when it was last heard it stood at"
     if not stands:
         how = f"when it was last heard it went at {abs(state.speed):.2f} m/s, at"
-    return LastPlace(start.compose(state.pose), how)
+    return LastPlace(run.place(state.pose, since + state.at), how)

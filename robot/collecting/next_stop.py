@@ -18,6 +18,7 @@ from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.run_sessions import PLACED
 from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadLimits
@@ -145,11 +146,15 @@ class Around:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chosen:
-    """The next stop; `line` goes to collect.jsonl, `said` to who listens."""
+    """The next stop; `line` goes to collect.jsonl, `said` to who listens.
+
+    `here` is where the robot stands in the world, if that is known better than by its odometry.
+    """
 
     stop: Stop
     line: Mapping[str, object]
     said: tuple[str, ...]
+    here: Pose2 | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -229,6 +234,9 @@ class ChosenStops:
             around = replace(self._around.kept_off(margin), here=here)
             self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)
+            if isinstance(found, Chosen) and found.here is not None:
+                self._base.stands_at(found.here)
+                self._record.note(self._placed())
             self._record.note(found.line)
             for line in found.said:
                 self._listener.note(line)
@@ -237,6 +245,12 @@ class ChosenStops:
                 self.reason = found.reason
                 return
             yield found.stop
+
+    def _placed(self) -> Mapping[str, object]:
+        """The line of collect.jsonl about where the robot stands since its last view was taken."""
+        start, since = self._base.start, max(view.time for view in self._record.taken)
+        at = [start.x, start.y, math.degrees(start.heading)]
+        return {"result": PLACED, "start": at, "since": since}
 
 
 def place_sd(covariance: FloatArray) -> float:

@@ -181,7 +181,6 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             camera,
             seen.optics,
             reach,
-            request.start,
             epoch,
             lambda fault: with_line(fault, robot.problems, time.monotonic()),
         )

@@ -2,7 +2,8 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -10,25 +11,57 @@ from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["RunStart", "run_sessions", "run_start"]
+__all__ = ["PLACED", "Run", "run_sessions", "runs_of"]
 
-RunStart = tuple[float, Pose2]
-"""When a run began (seconds since 1970), and where the robot then stood in the world."""
+PLACED = "placed"
+"""What a line of collect.jsonl about a robot that pictures show elsewhere has as its `result`."""
 
 
-def run_start(run: Mapping[str, object], folder: Path) -> RunStart:
-    """The start of a run, by its first line in collect.jsonl; InputError if that does not say."""
-    match run:
-        case {"start": [float() | int() as x, float() | int() as y, float() | int() as heading]}:
-            began = run.get("began")
-            at = float(began) if isinstance(began, int | float) else 0.0
-            return at, Pose2(float(x), float(y), math.radians(heading))
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run of a collection: when it began, and from when on which pose in the world odometry's
+    origin had, the first one from its beginning; seconds since 1970.
+    """
+
+    began: float
+    origins: tuple[tuple[float, Pose2], ...]
+
+    def place(self, odometry: Pose2, at: float) -> Pose2:
+        """Where the robot was in the world at a time, by its odometry then."""
+        since = [origin for begun, origin in self.origins if begun <= at]
+        return (since[-1] if since else self.origins[0][1]).compose(odometry)
+
+
+def runs_of(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:
+    """The runs of which a collection's collect.jsonl tells; InputError where it does not say where
+    one began.
+    """
+    found: list[Run] = []
+    for line in lines:
+        if "schema" in line:
+            at = _seconds(line.get("began"))
+            found.append(Run(at, ((at, _start(line, folder)),)))
+        elif line.get("result") == PLACED and found:
+            run = found.pop()
+            origin = _seconds(line.get("since")), _start(line, folder)
+            found.append(Run(run.began, (*run.origins, origin)))
+    return tuple(found)
+
+
+def _start(line: Mapping[str, object], folder: Path) -> Pose2:
+    match line.get("start"):
+        case [float() | int() as x, float() | int() as y, float() | int() as heading]:
+            return Pose2(float(x), float(y), math.radians(heading))
     raise InputError(f"{folder}: collect.jsonl does not say where a run began")
 
 
-def run_sessions(path: Path, starts: tuple[RunStart, ...]) -> Iterator[tuple[int, Pose2, float]]:
-    """The session of each run: the last one that was opened before the run began, where the robot
-    stood, and at which time (seconds since 1970) the session's clock was at 0.
+def _seconds(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else 0.0
+
+
+def run_sessions(path: Path, runs: Sequence[Run]) -> Iterator[tuple[int, Run, float]]:
+    """The session of each run: the last one that was opened before the run began, and at which time
+    (seconds since 1970) the session's clock was at 0.
 
     InputError for a log of traffic that cannot be read.
     """
@@ -46,7 +79,7 @@ def run_sessions(path: Path, starts: tuple[RunStart, ...]) -> Iterator[tuple[int
             opened.append((began, began - float(about["at"])))
         except (ValueError, KeyError, TypeError) as exc:
             raise InputError(f"{path}:{number}: is no line of a traffic log") from exc
-    for began, start in starts:
-        before = [k for k, (at, _) in enumerate(opened) if at <= began]
+    for run in runs:
+        before = [k for k, (at, _) in enumerate(opened) if at <= run.began]
         if before:
-            yield before[-1], start, opened[before[-1]][1]
+            yield before[-1], run, opened[before[-1]][1]

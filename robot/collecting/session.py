@@ -95,14 +95,13 @@ class Guide(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:
-    """Robot, head and camera. `start` is the pose of odometry's origin in the world."""
+    """Robot, head and camera."""
 
     base: MobileBase
     head: PanTiltHead
     camera: FrameSource
     optics: Optics
     reach: Reach
-    start: Pose2
     epoch: float
     """Seconds since 1970 at which the monotonic clock was zero."""
     explained: Callable[[DeviceError], DeviceError] = lambda fault: fault
@@ -325,7 +324,8 @@ def _silence_noted(frame: Frame) -> list[str]:
 
 def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
     """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
-    c, s = math.cos(rig.start.heading), math.sin(rig.start.heading)
+    heading = rig.base.start.heading
+    c, s = math.cos(heading), math.sin(heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return pose_covariance_at(robot, turn @ state.covariance @ turn.T, rig.reach, gaze)
 

@@ -146,7 +146,7 @@ class Exploration:
             moved=lambda _, __: None,
             body=Body(ROBOT.radius, ROBOT.width) if sees else None,
         )
-        self.rig = Rig(self.base, self.head, self.camera, OPTICS, REACH, start, 1.7e9)
+        self.rig = Rig(self.base, self.head, self.camera, OPTICS, REACH, 1.7e9)
         first = bearing(TARGET, (start.x, start.y))
         self.around = Around(TARGET, 0.83, first, REACH, Pace(), start)
         taken = read_record(folder)[1] if resume else ()

@@ -28,15 +28,17 @@ from facetlog.robot.collecting.next_stop import (
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Record, Taken, read_log, read_record
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.run_sessions import runs_of
 from facetlog.robot.collecting.session import Ended, Rig, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import OPTICS, ROBOT, Heard, Seeing, led, log_of, picture
 from tests.mapping.rooms import box_thing
-from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead
+from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeState
 
 AREA = (0.0, 0.0, 6.0, 5.0)
 START = Pose2(1.0, 1.0, 0.4)
@@ -79,14 +81,14 @@ class Area:
         camera = FakeCamera(self.robot, head, picture)
         reach = Reach(DEFAULT_MOUNT, SONY, OPTICS.camera)
         self.around = Around(np.zeros(3), 0.0, 0.0, reach, PACE, start, ROBOT.radius)
-        base = MobileBase(
+        self.base = base = MobileBase(
             self.robot,
             start,
             pace=PACE,
             heard=explorer.heard,
             body=Body(ROBOT.radius, ROBOT.width),
         )
-        rig = Rig(base, head, camera, OPTICS, reach, start, 1.7e9)
+        rig = Rig(base, head, camera, OPTICS, reach, 1.7e9)
         about = {
             "tour": "area",
             "start": [start.x, start.y, math.degrees(start.heading)],
@@ -150,6 +152,56 @@ def test_things_in_a_row_that_no_ring_goes_round_are_looked_at_each(tmp_path: Pa
     assert parts_of(lines)
     resumed.resume(lines, read_visit(tmp_path))
     assert [g.part for g in resumed.groups] == [g.part for g in explorer.groups]
+
+
+class Drifting(Area):
+    """A robot whose odometry turns too far; its pictures of a place are aligned if they are asked
+    to be: beside the first of them each is where it was taken.
+    """
+
+    def __init__(self, folder: Path, *, aligned: bool) -> None:
+        self._folder, self._aligned = folder, aligned
+        self._true: dict[tuple[float, float], Pose2] = {}
+        self.explorer = AreaExplorer(self._judged, AREA, most=60)
+        super().__init__(folder, self.explorer)
+        self.robot.errors = 0.005, 0.02
+        self.robot.faults.append(self._reported)
+
+    def _reported(self, state: FakeState) -> FakeState:
+        self._true[_place(state.pose)] = self.robot.true
+        return replace(state, covariance=1e-4 * (state.at - 99.0) * np.eye(3))
+
+    def _judged(self, names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        verdict, part = _judge(THINGS)(names, interest)
+        taken = {view.name: view for view in read_record(self._folder)[1]}
+        first, last = taken[names[0]], taken[names[-1]]
+        begun, ended = (self._true[_place(view.odometry)] for view in (first, last))
+        gaze = Gaze(last.pan, last.tilt)
+        pose = camera_pose(first.robot.compose(begun.between(ended)), DEFAULT_MOUNT, gaze)
+        return verdict, replace(part, poses={last.name: pose} if self._aligned else {})
+
+
+def _place(odometry: Pose2) -> tuple[float, float]:
+    return round(odometry.x, 9), round(odometry.y, 9)
+
+
+def test_pictures_of_a_place_put_right_where_odometry_has_the_robot(tmp_path: Path) -> None:
+    off = {}
+    for aligned in (False, True):
+        folder = tmp_path / str(aligned)
+        area = Drifting(folder, aligned=aligned)
+        assert area.run().fault is None
+        assert len(area.explorer.things) == 2
+        off[aligned] = area.robot.true.between(area.base.place(area.robot.state))
+        lines = read_log(folder)
+        assert any(line.get("result") == "placed" for line in lines) == aligned
+        assert any("odometry was off by" in line for line in area.heard.lines) == aligned
+        # Who reads the folder has the robot's way and its sonars where it was.
+        (run,) = runs_of(lines, folder)
+        start = run.place(Pose2(), math.inf)
+        assert area.base.start.between(start).heading == pytest.approx(0.0, abs=1e-9)
+    assert abs(off[True].heading) < abs(off[False].heading)
+    assert math.hypot(off[True].x, off[True].y) < math.hypot(off[False].x, off[False].y)
 
 
 def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Path) -> None:

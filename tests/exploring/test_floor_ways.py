@@ -70,6 +70,19 @@ def test_from_a_place_that_is_not_open_it_leaves_the_shortest_way_it_fits_throug
     assert FloorWays(LATTICE, open_, open_, (0.0, 0.0)).route_to((-0.8, 0.0)) is None
 
 
+def test_it_leaves_by_the_way_it_came_and_where_that_leads_to_nothing_as_from_any_place() -> None:
+    open_ = _all() & ~_wall(-0.5, 1.5, -0.5, 0.5)
+    came = _wall(-0.05, 0.25, -0.65, 0.05)
+    # A narrow place: by the way it came alone.
+    route = FloorWays(LATTICE, open_, came, (0.1, 0.0), came).route_to((-0.8, 0.0))
+    assert route is not None
+    # It began there, and what it came by ends within what is not open.
+    began = _wall(-0.05, 0.25, -0.05, 0.15)
+    ways = FloorWays(LATTICE, open_, _all(), (0.1, 0.0), began)
+    assert ways.route_to((-0.8, 0.0)) is not None
+    assert FloorWays(LATTICE, open_, began, (0.1, 0.0), began).route_to((-0.8, 0.0)) is None
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(-0.9, 2.9), st.floats(-0.9, 1.9))
 def test_every_place_of_a_way_is_open(seed: int, x: float, y: float) -> None:
     open_ = np.random.default_rng(seed).uniform(size=LATTICE.shape) > 0.15

@@ -38,7 +38,7 @@ def rig_at(place: Pose2) -> Rig:
     robot = FakeRobot(place)
     head = FakeHead(robot)
     base = MobileBase(robot, place, pace=Pace())
-    return Rig(base, head, FakeCamera(robot, head, picture), OPTICS, REACH, place, 0.0)
+    return Rig(base, head, FakeCamera(robot, head, picture), OPTICS, REACH, 0.0)
 
 
 CLEAR = "; then call clear_stop() to drive on"

@@ -29,6 +29,7 @@ from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
 from facetlog.exploring.on_the_way import view_on_the_way
+from facetlog.exploring.standing import moved_beside, standing_by_pictures
 from facetlog.exploring.sweeps import Sweeps
 from facetlog.mapping.place import OVERHANG, Place, places_of, thing_at
 from facetlog.mapping.placed_thing import pose_covariance_at
@@ -72,6 +73,7 @@ class AreaExplorer:
         self.reached = False
         """Whether it ended by itself."""
         self._said: list[str] = []
+        self._here: Pose2 | None = None
         self._sent: tuple[str, int] | None = None
         self._sweeps = Sweeps(self.floor)
 
@@ -120,15 +122,14 @@ class AreaExplorer:
 
     def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
         """The next stop after the views `taken`, or why there is none."""
-        here = around.here
-        self.floor.begin((here.x, here.y))
-        self._said = []
+        self.floor.begin((around.here.x, around.here.y))
+        self._said, self._here = [], None
         self._sort(taken)
         number = 1 + max((view.number for view in taken), default=0)
         ended: dict[int, End] = {}
         while True:
-            kept = self.kept_off(taken)
-            ways = self.floor.ways((here.x, here.y), around.body, kept, around.reach.closed)
+            kept, at_ = self.kept_off(taken), (around.here.x, around.here.y)
+            ways = self.floor.ways(at_, around.body, kept, around.reach.closed)
             group = self._active()
             full = len(taken) >= self._most
             if group is None and full:
@@ -136,8 +137,7 @@ class AreaExplorer:
                 return self._finished(why, around, kept, ended)
             if not taken:
                 # Sonars are heard while it moves or stands to take a picture.
-                spot = ((here.x, here.y),) * 2
-                first = view_on_the_way(here, spot, number, around.reach, "first look")
+                first = view_on_the_way(around.here, (at_, at_), number, around.reach, "first look")
                 return self._noted(first, ended)
             group = group or self._next_group(around, ways, kept, number, ENOUGH)
             if group is None:
@@ -162,6 +162,8 @@ class AreaExplorer:
             self._end(group, found.reason)
             group.offered = len(self._rings(group, around, ways, taken).candidates(number))
             ended[group.number] = End(found.reason, group.offered)
+            if (here := self._standing(group, around.here, taken)) is not None:
+                self._here, around = here, replace(around, here=here)
 
     def _sort(self, taken: Sequence[Taken]) -> None:
         """Takes the view that came to its group."""
@@ -255,7 +257,7 @@ class AreaExplorer:
 
     def _judged(self, group: Group, views: int, interest: Interest) -> ViewVerdict:
         verdict, part = self._judge(tuple(group.names[:views]), interest)
-        group.thing = thing_at(group.place, part.things)
+        group.thing, group.poses = thing_at(group.place, part.things), part.poses
         return verdict
 
     def _view_of(
@@ -293,6 +295,16 @@ class AreaExplorer:
             off = self.floor.lattice.away((float(group.target[0]), float(group.target[1])))
             self.floor.asked |= off <= group.reach + _beside_what_was_asked(group)
 
+    def _standing(self, group: Group, here: Pose2, taken: Sequence[Taken]) -> Pose2 | None:
+        """Where the robot stands by the pictures of a place that it just looked at."""
+        own = group.taken(taken)
+        if not own or own[-1].name != taken[-1].name or own[-1].name not in group.poses:
+            return None
+        found = standing_by_pictures(here, own[-1], group.poses[own[-1].name])
+        if found is not None:
+            self._said.append(f"place {group.number}: {moved_beside(here, found)}")
+        return found
+
     def _again(
         self, around: Around, ways: FloorWays, taken: Sequence[Taken], number: int
     ) -> Group | None:
@@ -310,7 +322,7 @@ class AreaExplorer:
     def _noted(self, found: Chosen, ended: Mapping[int, End]) -> Chosen:
         """A choice with what was said before it, and which places came to their end."""
         line = {**found.line, **ends_json(ended)}
-        return replace(found, line=line, said=(*self._said, *found.said))
+        return replace(found, line=line, said=(*self._said, *found.said), here=self._here)
 
     def _finished(
         self, why: str, around: Around, kept: Sequence[KeptOff], ended: Mapping[int, End]

@@ -167,8 +167,6 @@ class AreaFloor:
         open_ = rim >= radius + CLEARANCE
         known = [thing for thing in things if thing.known]
         near = within(echoed & ~self.beside(known), radius + OVERHANG, SIDE)
-        # Whatever overhangs what is heard there by now: the robot came by with its mast.
-        open_ &= ~near | self._driven()
         for thing in things:
             off = self._away(thing)
             bare &= off >= radius
@@ -178,7 +176,9 @@ class AreaFloor:
             off = self.lattice.away((circle.x, circle.y))
             bare &= off >= min(circle.radius, circle.distance(here))
             open_ &= off >= circle.radius
-        return FloorWays(self.lattice, open_, bare, here)
+        # Whatever overhangs what is heard there by now: the robot came by with its mast.
+        came = open_ & self._driven()
+        return FloorWays(self.lattice, open_ & ~near, bare, here, came)
 
     def _driven(self) -> NDArray[np.bool_]:
         """The cells by which the robot came, as far back as odometry knows them to a cell."""

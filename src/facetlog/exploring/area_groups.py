@@ -11,7 +11,7 @@ from facetlog.exploring.floor_ways import FloorWays
 from facetlog.mapping.anchored import covariances_beside_first
 from facetlog.mapping.place import Place
 from facetlog.mapping.placed_thing import PlacedThing
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.next_stop import Around, reach_of_mount
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import Taken
@@ -35,7 +35,8 @@ AIMED_AT = 0.25
 class Group:
     """A place that is looked at: its number, `target` (2,) and how far what is there reaches, m.
 
-    `names` are its views, `thing` is what they show there, `ended` says why there are no more: then
+    `names` are its views, `thing` is what they show there, `poses` those of its views as aligned by
+    what all show. `ended` says why there are no more: then
     so many views were `offered`, as could be reached. It is `settled` where its verdict cannot
     change, and `part` of a place that was too large.
     """
@@ -46,6 +47,7 @@ class Group:
     explorer: Explorer
     names: list[str] = field(default_factory=list)
     thing: PlacedThing | None = None
+    poses: Mapping[str, Pose] = field(default_factory=dict)
     ended: str = ""
     offered: int = 0
     retried: bool = False

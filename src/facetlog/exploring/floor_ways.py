@@ -1,7 +1,7 @@
 """Ways over floor that is known: shortest ones on cells in which the robot's middle may be.
 
-Where it stands now may be no such cell: something was found beside it. Then it goes the shortest
-way to one, through cells that it touches nothing in.
+Where it stands now may be no such cell: something was found beside it. Then it goes back by the way
+it came, or else the shortest way to one, through cells that it touches nothing in.
 """
 
 import math
@@ -61,19 +61,26 @@ class Lattice:
 
 
 class FloorWays:
-    """Ways from `here` over the cells that are `open` (rows, columns) for the robot's middle.
+    """Ways from `here` over the cells that are `open_` (rows, columns) for the robot's middle, or
+    that it `came` by.
 
-    From a place that is not it leaves through those that are `bare`: it fits in, no more.
+    From where they lead to none that is open it leaves through those that are `bare`: it fits in,
+    no more.
     """
 
     def __init__(
-        self, lattice: Lattice, open_: NDArray[np.bool_], bare: NDArray[np.bool_], here: Point
+        self,
+        lattice: Lattice,
+        open_: NDArray[np.bool_],
+        bare: NDArray[np.bool_],
+        here: Point,
+        came: NDArray[np.bool_] | None = None,
     ) -> None:
         self._lattice, self._here = lattice, here
         self._start = lattice.cell(here)
-        self.open = open_
-        if lattice.holds(self._start) and not open_[self._start]:
-            self.open = open_ | self._exit(open_, bare)
+        self.open = open_ if came is None else open_ | came
+        if lattice.holds(self._start) and not np.isfinite(self._steps(self.open)[open_]).any():
+            self.open = self.open | self._exit(open_, bare)
 
     def _exit(self, open_: NDArray[np.bool_], bare: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """The cells by which it leaves a place that is not open: as few as lead to one that is."""

@@ -1,8 +1,8 @@
 """The map of a room from the scenes of one or several visits."""
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from facetlog.mapping.same_thing import Clash, MappedThing, merged
 from facetlog.mapping.visit import Look, Visit, check_aligned, grouped_views, read_visit
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.step_clock import StepClock
+from facetlog.perception.types import Pose
 from facetlog.robot.collecting.record import LOG_FILE, Taken
 from facetlog.robot.pose2 import Pose2
 
@@ -29,13 +30,15 @@ __all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_pa
 @dataclass(frozen=True, eq=False, slots=True)
 class ScenePart:
     """What one scene gives to a map: its things in the world, the ground that it shows, and when
-    the views of each lattice were taken, where that is known (seconds since 1970). Views that make
-    no scene give nothing: `ScenePart()`.
+    the views of each lattice were taken, where that is known (seconds since 1970). `poses` are of
+    its views by their names, as aligned by what all show. Views that make no scene give nothing:
+    `ScenePart()`.
     """
 
     things: tuple[PlacedThing, ...] = ()
     lattices: tuple[SeenLattice, ...] = ()
     times: tuple[tuple[float, ...], ...] = ()
+    poses: Mapping[str, Pose] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -149,14 +152,16 @@ def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
         () if errors is None else errors.poses,
         None if errors is None else errors.covariances,
     )
+    poses = dict(zip(found.scene.views, found.scene.poses, strict=True))
     if not look.times:
-        return ScenePart(things, ground)
+        return ScenePart(things, ground, poses=poses)
     at = [look.times[name] for name in found.scene.views]
     when = min(at), max(at)
     return ScenePart(
         tuple(replace(thing, when=when) for thing in things),
         ground,
         tuple(tuple(at[view] for view in lattice.views) for lattice in ground),
+        poses,
     )
 
 

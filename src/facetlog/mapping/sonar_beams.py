@@ -1,12 +1,12 @@
 """What a robot's sonars measured during a collection, from the log of its traffic."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from facetlog.errors import DeviceError
 from facetlog.robot.collecting.request import TRAFFIC_FILE
-from facetlog.robot.collecting.run_sessions import RunStart, run_sessions
+from facetlog.robot.collecting.run_sessions import Run, run_sessions
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import SonarRange
@@ -42,24 +42,23 @@ class Driven:
     radius: float = 0.0
 
 
-def driven(folder: Path, starts: tuple[RunStart, ...]) -> Driven:
+def driven(folder: Path, runs: Sequence[Run]) -> Driven:
     """The beams of a collection in the world, and its robot's radius; nothing without a log.
 
-    `starts` are when each run began (seconds since 1970) and where the robot then stood. A session
-    that came to no run, as of a robot that could not be opened, is left out. InputError for a log
-    that cannot be read.
+    A session that came to none of the `runs`, as of a robot that could not be opened, is left out.
+    InputError for a log that cannot be read.
     """
     path = folder / TRAFFIC_FILE
     if not path.is_file():
         return Driven()
     beams: list[Beam] = []
     radius = 0.0
-    for session, start, since in run_sessions(path, starts):
+    for session, run, since in run_sessions(path, runs):
         opened: list[Connected] = []
         try:
-            for beam in _beams(path, session, start, opened):
+            for beam in _beams(path, session, run, since, opened):
                 # One by one: what came before a fault is kept.
-                beams += (replace(beam, at=since + beam.at),)
+                beams += (beam,)
         except DeviceError:
             pass  # a session that ends before its first report
         if opened:
@@ -67,12 +66,15 @@ def driven(folder: Path, starts: tuple[RunStart, ...]) -> Driven:
     return Driven(tuple(beams), radius)
 
 
-def _beams(path: Path, session: int, start: Pose2, opened: list[Connected]) -> Iterator[Beam]:
+def _beams(
+    path: Path, session: int, run: Run, since: float, opened: list[Connected]
+) -> Iterator[Beam]:
     """Each measurement once, from where the robot was when it was reported."""
     known: dict[int, float] = {}
     for state in replayed_states(replay(path, session), connected=opened.append):
-        robot = start.compose(state.pose)
-        yield from new_beams(robot, state.sonars, known)
+        robot = run.place(state.pose, since + state.at)
+        for beam in new_beams(robot, state.sonars, known):
+            yield replace(beam, at=since + beam.at)
 
 
 def new_beams(

@@ -18,7 +18,7 @@ from facetlog.robot.collecting.record import (
     read_record,
     read_robot_tum,
 )
-from facetlog.robot.collecting.run_sessions import run_start
+from facetlog.robot.collecting.run_sessions import runs_of
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def read_visit(folder: Path) -> Visit:
         taken,
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
-        driven(folder, tuple(run_start(run, folder) for run in runs)),
+        driven(folder, runs_of(lines, folder)),
         places_of(lines),
         recorded_area(runs),
     )

@@ -80,7 +80,7 @@ class Scene:
             closed=FORBIDDEN,
             moved=lambda _, place: self.way.append(place),
         )
-        self.rig = Rig(self.base, self.head, self.camera, OPTICS, REACH, START, 1.7e9)
+        self.rig = Rig(self.base, self.head, self.camera, OPTICS, REACH, 1.7e9)
         self.record = Record(folder, OPTICS, {"tour": TOUR.name})
         self.heard = Heard()
 
