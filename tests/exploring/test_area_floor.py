@@ -143,7 +143,7 @@ def test_by_the_way_it_came_a_robot_goes_back_though_something_may_overhang_it_b
     floor.begin((1.0, 2.0))
     for _ in range(4):
         floor.add([Beam(1.0, 2.0, h, 4.0, False) for h in np.arange(0.0, math.tau, 0.2).tolist()])
-    for x in np.arange(1.0, 4.0, 0.05).tolist():
+    for x in np.arange(1.0, 4.0, 0.06).tolist():
         floor.moved(Pose2(x, 2.0))
     sides = (math.pi / 2, -math.pi / 2)
     for x in np.arange(1.8, 3.2, 0.1).tolist():
@@ -156,3 +156,19 @@ def test_by_the_way_it_came_a_robot_goes_back_though_something_may_overhang_it_b
     for y in np.arange(2.0, 2.2, 0.01).tolist() * 60:
         floor.moved(Pose2(4.0, y))
     assert not floor.ways((4.0, 2.0), RADIUS, (), ()).open[between]
+
+
+def test_what_echoes_where_the_robot_was_long_ago_has_come_there_since() -> None:
+    floor = AreaFloor(AREA)
+    floor.begin((1.0, 1.0))
+    where = floor.lattice.cell((3.05, 1.05))
+    towards = [Beam(1.5, 1.05, 0.0, 1.55, True)] * 8
+    for x in np.arange(1.0, 4.0, 0.06).tolist():
+        floor.moved(Pose2(x, 1.0))
+    floor.add(towards)
+    assert not floor.echoed(RADIUS)[where]
+    for x in np.arange(0.0, 13.0, 0.06).tolist():
+        floor.moved(Pose2(4.0 - x % 0.5, 3.0))
+    floor.add(towards)
+    assert floor.echoed(RADIUS)[where]
+    assert floor.passed(RADIUS)[where]  # Until something is heard there, nothing is.

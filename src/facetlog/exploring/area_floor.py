@@ -120,8 +120,8 @@ class AreaFloor:
         return self._bodies
 
     def echoed(self, radius: float) -> NDArray[np.bool_]:
-        """The cells in which something is by the sonars, and the robot was not."""
-        return np.asarray(self._counts.echoed & ~self.bodies(radius))
+        """The cells in which something is by the sonars, and the robot was not just now."""
+        return np.asarray(self._counts.echoed & ~self._lately(radius))
 
     def passed(self, radius: float) -> NDArray[np.bool_]:
         """The cells in which nothing is, by the sonars or because the robot was there."""
@@ -180,13 +180,25 @@ class AreaFloor:
         came = open_ & self._driven()
         return FloorWays(self.lattice, open_ & ~near, bare, here, came)
 
+    def _lately(self, radius: float) -> NDArray[np.bool_]:
+        """As `bodies`, as far back as odometry knows them to a cell: since then something may have
+        come there, or the robot was elsewhere.
+        """
+        found = within(self._way_cells(), radius, SIDE)
+        if self._begun is not None and len(self._way) < (self._way.maxlen or 0):
+            found |= self.lattice.away(self._begun) <= radius + BEGUN
+        return found
+
     def _driven(self) -> NDArray[np.bool_]:
         """The cells by which the robot came, as far back as odometry knows them to a cell."""
+        return within(self._way_cells(), SIDE, SIDE)
+
+    def _way_cells(self) -> NDArray[np.bool_]:
         found = np.zeros(self.lattice.shape, np.bool_)
         for cell in map(self.lattice.cell, self._way):
             if self.lattice.holds(cell):
                 found[cell] = True
-        return within(found, SIDE, SIDE)
+        return found
 
     def _away(self, thing: KeptOff) -> FloatArray:
         points = shapely.points(self.lattice.middles.reshape(-1, 2))
