@@ -285,32 +285,30 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
         goals: list[Term] = [Struct("=", (first, Var("Thing")))]
         goals += [Struct("=", (other, UNSEEN)) for other in rest]
         return Clause(head, tuple(goals))
-    steps: list[Term] = []
-    chosen: dict[str, list[Term]] = {}
     counts = _TRIED.get(len(order), (*_TRIED_MORE, *(1 for _ in order[2:])))
+    tried = dict(zip((part.name for part in order), counts, strict=True))
+    required = [part for part in order if not part.owned.node.optional]
     there: set[str] = set()
-    free: list[Term] = []
-    for part, count in zip(order, counts, strict=True):
-        variable = writer.names[part.name]
+    steps: list[Struct] = []
+    for part in (part for part in required if part.kinds == FACE):
         there.add(part.name)
-        largest = _LARGEST.get(part.kinds)
-        if largest is not None and not part.owned.node.optional:
-            before = chosen.setdefault(largest, [])
-            before.append(_choice(largest, variable, count, before))
-            continue
-        if part.owned.node.optional or part.kinds != FACE:
-            free.append(Struct("=", (variable, UNSEEN)))
-            continue
         tests = _identifying(join, part, there, writer)
         test = all_of(tests) if tests else NOTHING
-        steps.append(Struct("step", (variable, count, test)))
-    stepped = tuple(step.args[0] for step in steps if isinstance(step, Struct))
-    head, ordered = _in_order(join, writer, "distant")
+        steps.append(Struct("step", (writer.names[part.name], tried[part.name], test)))
     searches: list[Term] = []
-    if steps or not chosen:
-        searches.append(Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped)))
-    for largest, choices in chosen.items():
-        searches += [Struct(largest, (Var("Thing"), _listed(largest))), *choices]
+    for kind, largest in _LARGEST.items():
+        choices = _Choices(largest)
+        for part in (part for part in required if part.kinds == kind):
+            there.add(part.name)
+            # Where one sees through is counted by the space that was seen, not by what was found.
+            tests = _identifying(join, part, there, writer) if kind == PIECE else []
+            choices.add(writer.names[part.name], tried[part.name], tests, writer)
+        searches += choices.goals
+    if steps or not searches:
+        stepped = tuple(step.args[0] for step in steps)
+        searches.insert(0, Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped)))
+    free = [Struct("=", (writer.names[p.name], UNSEEN)) for p in order if p.name not in there]
+    head, ordered = _in_order(join, writer, "distant")
     # Where faces adjoin and lie as they should, others that do not adjoin are no nearer.
     unless = [Struct("\\+", (_fitting(join, writer_of()),))] if _linked(join) else []
     return Clause(head, (*unless, *searches, *free, *ordered))
@@ -320,11 +318,32 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
 _LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings"}
 
 
-def _listed(largest: str) -> Var:
-    return Var(largest.removeprefix("largest_").capitalize())
+class _Choices:
+    """The goals that propose pieces, or openings, one part after the other, none twice.
+
+    Of a thing that is known from all sides all pieces are known: the largest are its nearest
+    misses, however they lie. Of another only what may lie as the part does is proposed: any other
+    is no bad one, for the part may be where nobody looked.
+    """
+
+    def __init__(self, largest: str) -> None:
+        self._largest = largest
+        self._all = Var(largest.removeprefix("largest_").capitalize())
+        self._taken: list[Term] = []
+        self.goals: list[Term] = []
+
+    def add(self, variable: Var, count: int, tests: list[Term], writer: Writer) -> None:
+        """A part, of which so many are tried; `tests` say how it lies."""
+        if not self.goals:
+            self.goals.append(Struct(self._largest, (Var("Thing"), self._all)))
+        free = self._all
+        if tests:
+            free = writer.names.fresh(f"{variable.name}_fitting")
+            lies = Struct("->;", (_WHOLE, Atom("true"), Struct("possible", (all_of(tests),))))
+            fitting = Struct(",", (Struct("member", (variable, self._all)), lies))
+            self.goals.append(Struct("findall", (variable, fitting, free)))
+        self.goals.append(Struct("piece_choice", (free, count, tuple(self._taken), variable)))
+        self._taken.append(variable)
 
 
-def _choice(largest: str, variable: Var, count: int, before: list[Term]) -> Struct:
-    """The goal that proposes one of the largest: of a thing all are known, or none."""
-    chosen = tuple(goal.args[-1] for goal in before if isinstance(goal, Struct))
-    return Struct("piece_choice", (_listed(largest), count, chosen, variable))
+_WHOLE = Struct("holds", (Struct("whole", (Var("Thing"),)),))

@@ -46,7 +46,7 @@ CERTAIN = 0.995
 LAPSED = "~"
 """Stands before what a model expects, and is not so: it lowers the degree, and fails nothing."""
 
-_OF_SEVERAL = CAUSES | {UNSEEN: "a face that they need was not seen"}
+_OF_SEVERAL = CAUSES | {UNSEEN: "a part that they need was not seen"}
 
 
 def holding_text(best: Iterable[str]) -> str:
@@ -97,13 +97,13 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
         return ((": no face of it was measured",),)
     if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
         roles = " or ".join(unseen)
-        return (f": no face was measured that could be its {roles}",), (": no part was measured",)
+        return (f": nothing was measured that could be its {roles}",), (": no part was measured",)
     if unseen and any(_open_because(c, UNSEEN) for c in verdict.conditions_that(verdict.state)):
         seen = len(parts) - len(unseen)
         if all(len(role) > 1 for role in unseen):
-            return ((f": no face was measured that could be its {' or '.join(unseen)}",),)
+            return ((f": nothing was measured that could be its {' or '.join(unseen)}",),)
         were = "was" if seen == 1 else "were"
-        return ((f": only {seen} of the {len(parts)} faces that it needs {were} measured",),)
+        return ((f": only {seen} of the {len(parts)} parts that it needs {were} measured",),)
     line, *_ = _by_change(verdict, verdict.state)
     known = "; open: " if verdict.state is State.UNKNOWN else "; fails: "
     # Letters for parts that are alike say less than the names, which pictures show.

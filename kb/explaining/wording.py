@@ -135,7 +135,7 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
 }
 
 CAUSES = {
-    "unseen": "a face that it needs was not seen",
+    "unseen": "a part that it needs was not seen",
     "up": "which way is up was not given",
     "scale": "the scale was not given",
 }

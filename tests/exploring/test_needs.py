@@ -98,7 +98,7 @@ def test_what_an_open_condition_lacks_follows_from_its_reason() -> None:
     for lack, condition in conditions.items():
         verdict = replace(_verdict("table", State.UNKNOWN, 0.0, 1.0), conditions=(condition,))
         assert _open(verdict)["table"].lack == {lack}
-    part = _unknown("left", Note("missing", cause="a face that it needs was not seen"))
+    part = _unknown("left", Note("missing", cause="a part that it needs was not seen"))
     both = (part, conditions[Lack.SPACE])
     verdict = replace(_verdict("table", State.UNKNOWN, 0.0, 1.0), conditions=both)
     assert _open(verdict)["table"].lack == {Lack.SIDES, Lack.SPACE}

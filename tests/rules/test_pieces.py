@@ -197,8 +197,21 @@ model plate
   "A level face with no shelf below it."
   face top where top is level, top is upward
   none: shelves_below(top) = 0, top_of(top) at least 95 % of height(this)
+
+model pit
+  "A level board, and walls that stand on its rim."
+  board floor where floor is level, floor is on_ground
+  at least 3 boards wall where wall is upright, wall joins floor
+  deep: each wall: height(wall) at least 30 % of height(this)
+
+model two_walls
+  "Two upright boards and an upright face between them."
+  board side where side is upright
+  board facing where facing is upright, facing beside side
+  face back where back is upright
+  deep: height(side) at least 50 % of height(this), height(facing) at least 50 % of height(this)
 """
-OF_WORDS = ("book_rack", "hoop", "two_holes", "plate")
+OF_WORDS = ("book_rack", "hoop", "two_holes", "plate", "pit", "two_walls")
 
 
 @pytest.fixture(scope="module")
@@ -230,11 +243,11 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
 @pytest.mark.parametrize(
     ("name", "holding", "open_"),
     [
-        ("shelf", {"book_rack", "two_holes"}, set()),
-        ("frame", {"hoop"}, set()),
+        ("shelf", {"book_rack", "two_holes", "two_walls"}, set()),
+        ("frame", {"hoop"}, {"two_walls"}),
         ("cuboid", {"plate"}, set()),
         ("table", {"plate"}, set()),
-        ("tray", {"plate"}, set()),
+        ("tray", {"plate", "pit", "two_walls"}, set()),
         ("chair", {"plate"}, set()),
     ],
 )
@@ -259,3 +272,15 @@ def test_a_scan_from_one_side_leaves_open_how_many_openings_there_are(worded: Lo
     scan = scanned(solid, eye_at(solid, 20.0, 30.0))
     found = _alike(worded, "scan", scan)
     assert {found[model].state for model in ("hoop", "two_holes", "book_rack")} == {State.UNKNOWN}
+
+
+def test_a_board_that_nobody_saw_is_played_by_none_that_lies_otherwise(worded: Loaded) -> None:
+    solid = _scene("frame")
+    found = _alike(worded, "side", scanned(solid, eye_at(solid, 20.0, 0.0)))
+    for model, part in (("pit", "floor"), ("two_walls", "facing")):
+        assert found[model].state is State.UNKNOWN
+        assert f"nothing was measured that could be its {part}" in found[model].summary
+    # Of a thing that is known from all sides any board is the nearest miss.
+    block = _alike(worded, "block", _scene("cuboid"))["pit"]
+    assert block.state is State.FAILS
+    assert next(part.faces for part in block.parts if part.role == "floor")

@@ -84,7 +84,7 @@ def test_what_is_undecided_is_told():
     with open_models() as base:
         steps = list(recognise_stream(tour("table")[:3], up=UP, base=base, polish=False))
     desk = next(v for v in steps[2].undecided if v.model == "desk")
-    assert "no face was measured that could be its" in desk.summary
+    assert "nothing was measured that could be its" in desk.summary
     assert steps[0].undecided == ()
 
 

@@ -10,6 +10,7 @@ from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
 from facetlog.perception.shapes.meshes.covered_surface import Solids
+from facetlog.perception.shapes.meshes.loose_strips import without_loose_strips
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_floor
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
@@ -36,7 +37,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     `up` is taken from the mesh where it is not given; where it is known, the floor is an object of
     its own. Raises InputError for a mesh without area.
     """
-    surface = clean_mesh(mesh)
+    surface = without_loose_strips(clean_mesh(mesh), mesh.name)
     samples = sample_triangles(surface.corners, SPACING_SHARE * surface.size)
     upwards = mesh.up if up is None else up
     floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
@@ -68,7 +69,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         up=upwards,
         metric=metric,
         whole=True,
-        warnings=mesh.warnings,
+        warnings=(*mesh.warnings, *surface.warnings),
     )
 
 

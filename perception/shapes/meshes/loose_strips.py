@@ -1,0 +1,58 @@
+"""Loose parts of a mesh that are too narrow to be a surface of it, where they are many.
+
+Repair tools and scanners leave slivers behind, by the hundred thousand. Each would be an object
+with two faces of its own, compared with every other one; of so many no facts are made.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.grouped import group_sums
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
+from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE
+
+__all__ = ["MANY_PARTS", "MOST_PARTS", "without_loose_strips"]
+
+MANY_PARTS = 1_000
+"""Parts that share no corner with others. With two faces each more have too many for facts
+(most_faces.py)."""
+MOST_PARTS = 10_000
+"""Which side of each is outside takes a hundredth of a second: two minutes."""
+
+
+def without_loose_strips(surface: Surface, name: str) -> Surface:
+    """The surface, of which narrow loose parts are left out if there are many parts.
+
+    They are open, and narrower than its samples lie apart. InputError where too many are left.
+    """
+    count = int(surface.bodies.max()) + 1
+    if count <= MANY_PARTS:
+        return surface
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, surface.bodies, surface.corners.min(axis=1))
+    np.maximum.at(high, surface.bodies, surface.corners.max(axis=1))
+    areas = group_sums(surface.bodies, surface.areas, count)
+    # Of a triangle that is the height on its longest side; of a box much more than any width.
+    widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))
+    is_open = np.bincount(surface.bodies, ~surface.closed, minlength=count) > 0
+    strips = is_open & (widths < SPACING_SHARE * surface.size)
+    kept = count - int(strips.sum())
+    if not kept or kept > MOST_PARTS:
+        raise InputError(
+            f"{name}: has {count:,} parts that share no corner, of at most {MOST_PARTS:,} a scene "
+            "is made: merge corners that lie together, or leave out loose triangles, then export "
+            "it again"
+        )
+    if kept == count:
+        return surface
+    left = strips[surface.bodies]
+    share = float(surface.areas[left].sum() / surface.areas.sum())
+    line = (
+        f"{count - kept:,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were left "
+        f"out, {100.0 * share:.2g}% of its surface"
+    )
+    rest = clean_mesh(Mesh(surface.points + surface.centre, surface.triangles[~left], name=name))
+    return replace(rest, warnings=(*surface.warnings, *rest.warnings, line))

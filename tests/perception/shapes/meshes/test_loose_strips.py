@@ -1,0 +1,68 @@
+"""Meshes with thousands of loose slivers: what stands among them is found, and it is said."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Scene
+from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
+from facetlog.perception.shapes.meshes.loose_strips import MANY_PARTS, MOST_PARTS
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+
+UP = np.array([0.0, 0.0, 1.0])
+BLOCK = trimesh.creation.box((2.0, 1.0, 1.0))
+
+
+def _among_slivers(count: int, width: float, length: float = 0.02) -> Mesh:
+    """A block, and triangles of a length and a width at random places about it."""
+    rng = np.random.default_rng(4)
+    places = rng.uniform(-1.0, 1.0, (count, 3))
+    along = rng.normal(size=(count, 3))
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(along, rng.normal(size=(count, 3)))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    loose = np.stack(
+        [places, places + length * along, places + 0.5 * length * along + width * across], axis=1
+    )
+    triangles = len(BLOCK.vertices) + np.arange(3 * count).reshape(-1, 3)
+    return Mesh.of(
+        np.concatenate((BLOCK.vertices, loose.reshape(-1, 3))),
+        np.concatenate((BLOCK.faces, triangles)),
+        name="dirty.ply",
+    )
+
+
+def _scene(mesh: Mesh) -> Scene:
+    return scene_of_mesh(mesh, up=UP, metric=True)
+
+
+def test_a_block_among_thousands_of_slivers_is_a_block() -> None:
+    scene = _scene(_among_slivers(20_000, 1e-4))
+    assert len(scene.faces) == 6
+    (line,) = scene.warnings
+    assert line == (
+        "20,000 loose parts narrower than 0.5% of the mesh were left out, 0.2% of its surface"
+    )
+
+
+def test_a_few_loose_strips_stay_for_they_may_be_what_is_looked_for() -> None:
+    scene = _scene(_among_slivers(20, 1e-4))
+    assert len(scene.faces) > 6
+    assert not scene.warnings
+
+
+def test_wide_loose_triangles_are_kept_until_they_are_too_many() -> None:
+    mesh = _among_slivers(MANY_PARTS + 10, 0.1, 0.4)
+    assert len(clean_mesh(mesh).triangles) == MANY_PARTS + 10 + 12
+    with pytest.raises(InputError, match=r"dirty.ply: has 10,011 parts that share no corner, of"):
+        _scene(_among_slivers(MOST_PARTS + 10, 0.1, 0.4))
+
+
+def test_triangles_too_narrow_to_count_are_named_where_they_are_much_of_the_surface() -> None:
+    narrow = clean_mesh(_among_slivers(100_000, 3e-6, 2.0))
+    assert len(narrow.triangles) == 12
+    (line,) = narrow.warnings
+    assert line.startswith("100,000 of 100,012 triangles are narrower than a millionth of the mesh")
+    assert not clean_mesh(_among_slivers(100, 1e-6)).warnings
