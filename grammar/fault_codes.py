@@ -88,7 +88,7 @@ _KINDS = (
     FaultKind("cycle", ERROR, "Something depends on itself.", "define flat(f): flat(f)"),
     FaultKind("drop", ERROR, "A line is dropped that is not inherited.", "drop ok"),
     FaultKind("mixed", ERROR, "A model mixes parts of a thing with objects.", "one table other"),
-    FaultKind("no-lines", ERROR, "A model has no line that decides it.", "model a\n  face b"),
+    FaultKind("no-lines", ERROR, "A model has no condition that decides it.", "model a\n  face b"),
     FaultKind("no-parts", ERROR, "A model has no single part to begin from.",
               "model a\n  at least 3 faces b\n  ok: count(b) at most 5"),
     FaultKind("replaced", ERROR, "A line or constant is replaced that must stay.",

@@ -12,9 +12,9 @@ from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
-from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
+from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import THING
+from facetlog.grammar.vocabulary import OPENING, THING
 
 __all__ = ["Checked", "check_file", "check_model"]
 
@@ -83,15 +83,25 @@ class _ModelChecker(ConditionChecker):
                 model.written.name,
                 "name one part that the others are found from: `face top`",
             )
-        if not model.lines:
+        if not model.lines and not any(map(self._decides, self.scope.symbols.values())):
             self.fault(
                 "no-lines",
-                f"`{model.name}` has no line to decide it",
+                f"`{model.name}` has no condition to decide it",
                 model.written.name,
-                "add a condition",
+                "add a line, or say of a part how it lies: `where …`",
             )
         self._set_circles()
         self.statements()
+
+    def _decides(self, symbol: object) -> bool:
+        """Whether a part's own statement is a condition: how it lies, what it is, how many."""
+        if not isinstance(symbol, PartSymbol | SetSymbol) or symbol.owned.node.optional:
+            return False
+        if isinstance(symbol, SetSymbol):
+            count = symbol.owned.node.count
+            return count is not None and count.kind is not s.CountKind.ANY
+        stated = self.scope.where(symbol) is not None
+        return stated or bool(symbol.model) or symbol.kinds == OPENING
 
     def file(self) -> None:
         """Checks the names and statements of what stands before the first model."""

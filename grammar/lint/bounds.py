@@ -4,8 +4,10 @@ from collections.abc import Hashable, Iterable, Iterator
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.lint.bound_graph import Edge
 from facetlog.grammar.lint.claims import Claim, Claims, Place, in_short, where_it_stands
-from facetlog.grammar.lint.knowledge import Contradiction, Knowledge
+from facetlog.grammar.lint.given_words import kind_meant, of_every_solid
+from facetlog.grammar.lint.knowledge import Contradiction, Knowledge, claims_on, given_on
 
 __all__ = ["bound_faults", "quoted"]
 
@@ -43,8 +45,8 @@ def _contradiction(found: Contradiction, reported: set[Place]) -> Iterator[Fault
     at = max(own, key=lambda c: c.node.span.start)
     others = [c for c in found.claims if c.place != at.place]
     sure = found.sure and not any(c.origin.if_known for c in found.claims)
-    message = f"this contradicts {quoted(others, at) or 'what holds of every solid'}"
-    hint = "both hold only of what is 0" if found.only_zero else ""
+    message = f"this contradicts {quoted(others, at) or of_every_solid(found.given)}"
+    hint = "both hold only of what is 0" if found.only_zero else kind_meant(found.claims)
     severity = Severity.ERROR if sure else Severity.WARNING
     yield Fault("contradiction", message, at.origin.source, at.node.span, hint, severity)
 
@@ -91,7 +93,7 @@ def _implied(groups: list[list[Claim]], known: Knowledge, reported: set[Place]) 
             continue
         if not all(c.bounds for c in group):
             continue
-        reasons: list[Claim] = []
+        reasons: list[Edge] = []
         for claim in group:
             found = known.follows(claim, [*group, *removed], if_known=first.origin.if_known)
             if found is None:
@@ -100,7 +102,8 @@ def _implied(groups: list[list[Claim]], known: Knowledge, reported: set[Place]) 
         else:
             reported.add(first.place)
             removed += group
-            message = f"this follows from {quoted(reasons, first) or 'what holds of every solid'}"
+            said = quoted(claims_on(reasons), first) or of_every_solid(given_on(reasons))
+            message = f"this follows from {said}"
             yield _warning("implied-line", message, first, "leave it out, or ask for more")
 
 

@@ -17,22 +17,27 @@ from facetlog.grammar.lint.solids import (
     TILT_AT_LEAST,
     TILT_AT_MOST,
     excluded,
+    piece_bounds,
     solid_bounds,
 )
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING
 
-__all__ = ["Contradiction", "Knowledge", "knowledge_of"]
+__all__ = ["Contradiction", "Knowledge", "claims_on", "given_on", "knowledge_of"]
 
 
 @dataclass(frozen=True, slots=True)
 class Contradiction:
-    """A claim and others that cannot all hold; `only_zero` if they can where all measures are 0."""
+    """A claim and others that cannot all hold; `only_zero` if they can where all measures are 0.
+
+    `given` is what holds of every solid, by which they cannot.
+    """
 
     claims: tuple[Claim, ...]
     sure: bool
     only_zero: bool = False
+    given: tuple[Edge, ...] = ()
 
 
 @dataclass(slots=True)
@@ -51,13 +56,13 @@ class Knowledge:
 
     def follows(
         self, claim: Claim, without: Iterable[object] = (), *, if_known: bool = True
-    ) -> tuple[Claim, ...] | None:
-        """The claims from which all bounds of a claim follow; None if they do not.
+    ) -> tuple[Edge, ...] | None:
+        """The edges from which all bounds of a claim follow; None if they do not.
 
         `without` are claims that are not to be used. Unless `if_known`, neither are lines that are
         without effect where something is not known.
         """
-        found: list[Claim] = []
+        found: list[Edge] = []
         for bound in claim.bounds:
             if bound.full.interval(self.claims.ranges)[0] >= 0:
                 continue
@@ -67,8 +72,8 @@ class Knowledge:
             factor, path = self.graph.best(edge.greater, edge.lesser, without)
             if factor < edge.factor * (1 - EQUAL):
                 return None
-            found += claims_on(path)
-        if not if_known and any(c.origin.if_known for c in found):
+            found += path
+        if not if_known and any(c.origin.if_known for c in claims_on(found)):
             return None
         return tuple(dict.fromkeys(found))
 
@@ -124,7 +129,8 @@ class Knowledge:
         around = {edge.greater, *(e.lesser for e in path), *(e.greater for e in path)}
         positive = any(n in self.claims.positive or is_one(n) for n in around)
         sure = edge.sure and all(e.sure for e in path)
-        found = Contradiction((claim, *claims_on(path)), sure and positive, not positive)
+        claims = (claim, *claims_on(path))
+        found = Contradiction(claims, sure and positive, not positive, given_on(path))
         self.contradictions.append(found)
 
 
@@ -157,6 +163,11 @@ def _too_large(known: Knowledge, atoms: Set[Atom]) -> Iterator[Contradiction]:
 def claims_on(path: Iterable[Edge]) -> list[Claim]:
     """The claims that the edges of a path come from."""
     return [e.why for e in path if isinstance(e.why, Claim)]
+
+
+def given_on(path: Iterable[Edge]) -> tuple[Edge, ...]:
+    """The edges of a path that hold of every solid."""
+    return tuple(e for e in path if not isinstance(e.why, Claim))
 
 
 def _given(claims: Claims, atoms: list[Atom]) -> Iterator[Edge]:
@@ -207,6 +218,9 @@ def _bounds(claim: Claim, sure: bool, atoms: Set[Atom]) -> Iterator[Edge]:
     match claim.said:
         case (str() as word, (str() as of,)):
             yield from _angle_edges(word, ("tilt", of), TILT_AT_MOST, TILT_AT_LEAST, atoms)
+            for greater, lesser, factor, certain in piece_bounds(word, of):
+                if greater in atoms and lesser in atoms:
+                    yield Edge(greater, lesser, factor, certain)
         case (str() as word, frozenset() as pair):
             through = ("dihedral", pair)
             yield from _angle_edges(word, through, THROUGH_AT_MOST, THROUGH_AT_LEAST, atoms)

@@ -14,12 +14,15 @@ from facetlog.grammar.scope import THIS
 __all__ = [
     "HIGHER",
     "IMPLIES",
+    "SLENDER",
+    "THIN",
     "THROUGH_AT_LEAST",
     "THROUGH_AT_MOST",
     "TILT_AT_LEAST",
     "TILT_AT_MOST",
     "SolidBound",
     "excluded",
+    "piece_bounds",
     "solid_bounds",
 ]
 
@@ -83,6 +86,19 @@ def solid_bounds(atoms: Iterable[Atom], this_holds_all: bool) -> Iterator[SolidB
             yield this["length"], atom, _DIAGONAL, True
 
 
+def piece_bounds(word: str, of: str) -> Iterator[SolidBound]:
+    """What a piece's measures are if it is a board, a bar or a block; nothing for other words."""
+    long, wide, thick = (("length", of), ("width", of), ("thickness", of))
+    if word == "board":
+        yield wide, thick, 1.0 / THIN, True
+    elif word in {"bar", "block"}:
+        yield thick, wide, THIN, True
+    if word == "bar":
+        yield long, wide, 1.0 / SLENDER, True
+    elif word == "block":
+        yield wide, long, SLENDER, True
+
+
 def _rectangles(atoms: Iterable[Atom]) -> Iterator[SolidBound]:
     """No face has a larger area than the least rectangle round it."""
     there = set(atoms)
@@ -132,12 +148,19 @@ _EXCLUDES = {
     "upright": ("level",),
     "above": ("below",),
     "below": ("above",),
+    "board": ("bar", "block"),
+    "bar": ("board", "block"),
+    "block": ("board", "bar"),
 }
 _ONE_WAY = frozenset({"above", "below", "underside_of", "closes", "supports"})
 
 TILT_AT_MOST: Mapping[str, float] = {"level": 10.0}
 TILT_AT_LEAST: Mapping[str, float] = {"upright": 80.0}
 """`level` and `upright` as bounds of the tilt in degrees (rules/vocabulary.pl)."""
+
+THIN, SLENDER = 0.35, 0.35
+"""The thickness of a board is at most this share of its width, the width of a bar at most this of
+its length (rules/vocabulary.pl)."""
 
 THROUGH_AT_MOST: Mapping[str, float] = {"convex": 180.0}
 THROUGH_AT_LEAST: Mapping[str, float] = {"concave": 180.0}
