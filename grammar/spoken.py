@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-__all__ = ["SPOKEN_WORDS", "hint_of_phrase"]
+__all__ = ["SPOKEN_WORDS", "hint_of_phrase", "of_other_kind"]
 
 _BY_SPACE = (
     "a model means the same however a thing was measured: write what must be full or free "
@@ -35,6 +35,36 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Words that are none of the language, or none any more, and what to write instead."""
+
+
+_NAME_PIECES = "name pieces: `board top`, `bar leg`"
+
+_OF_FACES: Mapping[str, str] = MappingProxyType(
+    {
+        "joins": f"of faces say `a adjoins b`, or {_NAME_PIECES}",
+        "carries": f"of faces say `leg supports top`, or {_NAME_PIECES}",
+        "hangs_from": _NAME_PIECES,
+        "beside": _NAME_PIECES,
+        "inside": _NAME_PIECES,
+        "thickness": _NAME_PIECES,
+    }
+)
+_OF_PIECES: Mapping[str, str] = MappingProxyType(
+    {
+        "adjoins": "of pieces say `a joins b`",
+        "supports": "of pieces say `leg carries top`",
+        "gap": "of pieces say `a joins b`: they touch",
+    }
+)
+
+
+def of_other_kind(word: str, kind: str) -> str:
+    """What is said of `a face`, or `a piece`, for a word that is not said of it; may be nothing.
+
+    >>> of_other_kind("gap", "a piece")
+    'of pieces say `a joins b`: they touch'
+    """
+    return {"a face": _OF_FACES, "a piece": _OF_PIECES}.get(kind, {}).get(word, "")
 
 
 @dataclass(frozen=True, slots=True)

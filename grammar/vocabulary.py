@@ -165,9 +165,9 @@ _WORDS = (
     _measure("offset", Gives.LENGTH, FACE, FACE, low=None,
              meaning="how far the middle of the first lies in front of the second's plane; "
                      "negative behind it"),
-    _measure("overlap", Gives.RATIO, FACE, FACE, symmetric=True, high=1.0,
+    _measure("overlap", Gives.RATIO, LEVEL, LEVEL, symmetric=True, alike=True, high=1.0,
              meaning="the share of the smaller one's plan that lies over or under the other's",
-             unknown=f"{_UP}, or one of them stands upright"),
+             unknown=f"{_UP}, a face stands upright, or a piece hangs on space that nobody saw"),
     _measure("shared_length", Gives.LENGTH, FACE, FACE, symmetric=True,
              meaning="the length of the edge that they share", unknown="they share no edge"),
     _condition("adjoins", FACE, FACE, symmetric=True, meaning="they share an edge"),

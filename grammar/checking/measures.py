@@ -13,7 +13,7 @@ from facetlog.grammar.fixing.missing_unit import missing_unit
 from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
-from facetlog.grammar.spoken import SPOKEN_WORDS
+from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
 from facetlog.grammar.units import UNITS, Dimension
 from facetlog.grammar.vocabulary import THING, Kinds, Word
 
@@ -229,7 +229,7 @@ class MeasureChecker(ABC):
         if not isinstance(found, Element):
             self.fault("kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument)
         elif not found.kinds & wanted:
-            hint = f"`{word.signature}`"
+            hint = of_other_kind(word.name, str(found)) or f"`{word.signature}`"
             self.fault(
                 "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
             )

@@ -171,6 +171,21 @@ def test_words_take_pieces_or_do_not(line: str, code: str) -> None:
     assert code in _codes(f"model m\n  board top\n  a: {line}\n")
 
 
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("gap(top, foot) at least 5 cm", "of pieces say `a joins b`: they touch"),
+        ("top adjoins foot", "of pieces say `a joins b`"),
+        ("side joins back", "of faces say `a adjoins b`, or name pieces: `board top`, `bar leg`"),
+        ("side beside back", "name pieces: `board top`, `bar leg`"),
+        ("area(top) at most 3 cm2", "`area(face): area`"),
+    ],
+)
+def test_where_a_word_takes_others_there_is_one_that_takes_these(line: str, hint: str) -> None:
+    faults = _analysis(f"model m\n  board top, foot\n  face side, back\n  a: {line}\n").faults
+    assert next(f.hint for f in faults if f.code == "kind") == hint
+
+
 def test_words_said_of_pieces_have_other_names_in_prolog() -> None:
     text = compiled(_analysis(TABLE)).prolog
     assert "piece_in(Thing, Top)" in text

@@ -204,6 +204,12 @@ model pit
   at least 3 boards wall where wall is upright, wall joins floor
   deep: each wall: height(wall) at least 30 % of height(this)
 
+model stand
+  "A board, and another beneath it that is as large."
+  board top where top is level
+  board shelf where shelf is level, shelf below top
+  under: overlap(shelf, top) at least 90 %
+
 model two_walls
   "Two upright boards and an upright face between them."
   board side where side is upright
@@ -211,7 +217,7 @@ model two_walls
   face back where back is upright
   deep: height(side) at least 50 % of height(this), height(facing) at least 50 % of height(this)
 """
-OF_WORDS = ("book_rack", "hoop", "two_holes", "plate", "pit", "two_walls")
+OF_WORDS = ("book_rack", "hoop", "two_holes", "plate", "pit", "stand", "two_walls")
 
 
 @pytest.fixture(scope="module")
@@ -243,7 +249,7 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
 @pytest.mark.parametrize(
     ("name", "holding", "open_"),
     [
-        ("shelf", {"book_rack", "two_holes", "two_walls"}, set()),
+        ("shelf", {"book_rack", "two_holes", "two_walls", "stand"}, set()),
         ("frame", {"hoop"}, {"two_walls"}),
         ("cuboid", {"plate"}, set()),
         ("table", {"plate"}, set()),

@@ -164,6 +164,8 @@ described(piece_bottom_of('Piece'), measure, "height of its lowest point above t
 described(piece_tilt('Piece'), measure,
           "tilt of the broad side of what is thin, else of the piece's length").
 described(piece_angle('P', 'Q'), measure, "angle between two pieces: 0 along each other, 90 square").
+described(piece_overlap('P', 'Q'), measure,
+          "share of the smaller piece's plan that lies over or under the other's").
 described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
 described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
 described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").

@@ -44,6 +44,13 @@ _PIECES: tuple[FactKind, ...] = (
         "its lowest point is level with its thing's, within a cell of its space",
         "otherwise, or " + _NO_UP,
     ),
+    _kind(
+        "piece_overlap +P:piece +Q:piece R:share",
+        _MAYBE,
+        "the share of the smaller one's plan, of its least box, that lies over or under the "
+        "other's; of pieces of one thing",
+        _NO_UP + ", or by space that nobody saw it may differ by more than 5 %",
+    ),
     _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
     _kind(
         "piece_measured +P:piece",

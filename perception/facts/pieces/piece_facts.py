@@ -18,7 +18,7 @@ from facetlog.perception.facts.pieces.opening_facts import (
     openings_of,
     rim_rows,
 )
-from facetlog.perception.facts.pieces.solid_boxes import SolidBox, known_of_two
+from facetlog.perception.facts.pieces.solid_boxes import SolidBox, known_of_two, known_overlaps
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
@@ -41,6 +41,8 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
             rows.add_rows(functor, scene, [each])
         if rows.wants("piece_angle"):
             rows.add_rows("piece_angle", scene, found.angles())
+        if rows.wants("piece_overlap"):
+            rows.add_rows("piece_overlap", scene, found.overlaps())
         if not with_openings:
             continue
         openings = openings_of(found.filled, found.up)
@@ -112,6 +114,14 @@ class _Found:
         for one, other, angle in angles_between(self.pieces.pieces, self.up):
             yield self.names[one], self.names[other], *angle
 
+    def overlaps(self) -> Iterator[tuple[str, str, float]]:
+        """The arguments of the facts about which share of each two pieces' plans is the other's."""
+        for one, other, share in known_overlaps(self._boxes(), self.up):
+            yield self.names[one], self.names[other], share
+
+    def _boxes(self) -> list[SolidBox]:
+        return [SolidBox.of_piece(piece, self.filled.space) for piece in self.pieces.pieces]
+
     def openings(
         self, named: Sequence[tuple[str, Opening]], face_names: Names
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
@@ -126,10 +136,7 @@ class _Found:
 
     def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
         """By functor the arguments of the facts about what lies inside, or beside, what."""
-        boxes = [
-            *(SolidBox.of_piece(piece, self.filled.space) for piece in self.pieces.pieces),
-            *(SolidBox.of_opening(opening) for _, opening in named),
-        ]
+        boxes = [*self._boxes(), *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
         found: dict[str, list[tuple[str, str, str]]] = {}
         for relation, one, other, so in known_of_two(boxes, self.up):

@@ -17,7 +17,7 @@ from facetlog.perception.space.openings import HALF, Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SolidBox", "beside", "inside", "known_of_two"]
+__all__ = ["SolidBox", "beside", "inside", "known_of_two", "known_overlaps", "plan_overlap"]
 
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
@@ -109,18 +109,24 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     """Which box stands beside which (n, n) along up (3,): they are about as high above the ground,
     and neither is over or under the other.
     """
-    import shapely  # loaded only now: few models ask for it
-
     low, high = np.array([_heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
     abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
+    abreast &= plan_overlap(boxes, up) <= OVER
+    return abreast
+
+
+def plan_overlap(boxes: Sequence[SolidBox], up: FloatArray) -> FloatArray:
+    """Which share (n, n) of the smaller one's plan along up (3,) lies over or under the other's."""
+    import shapely  # loaded only now: few models ask for it
+
     plans = shapely.convex_hull(shapely.multipoints([_plan(box, up) for box in boxes]))
     areas = shapely.area(plans)
+    share = np.zeros((len(boxes), len(boxes)))
     one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
     over = shapely.area(shapely.intersection(plans[one], plans[other]))
-    most_of = over > OVER * np.minimum(areas[one], areas[other])
-    abreast[one[most_of], other[most_of]] = False
-    return abreast
+    share[one, other] = over / np.minimum(areas[one], areas[other])
+    return share
 
 
 def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
@@ -148,18 +154,41 @@ def known_of_two(
     """
     if len(boxes) < 2:
         return
-    count = len(boxes)
-    reach = 2.0 * sum(float(np.linalg.norm(box.half)) for box in boxes)
-    on = [i for i, box in enumerate(boxes) if box.reaches.any()]
-    ways = [*boxes, *(boxes[i].widest(reach) for i in on)]
-    least, most = np.arange(count), np.arange(count)
-    most[on] = count + np.arange(len(on))
+    ways, least, most = _both_ways(boxes)
     found = [("inside", inside(ways))]
     if up is not None:
         found.append(("beside", beside(ways, up)))
     for name, related in found:
         each = [related[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
         always, ever = np.logical_and.reduce(each), np.logical_or.reduce(each)
-        for one, other in permutations(range(count), 2):
+        for one, other in permutations(range(len(boxes)), 2):
             if always[one, other] or not ever[one, other]:
                 yield name, one, other, bool(always[one, other])
+
+
+def known_overlaps(
+    boxes: Sequence[SolidBox], up: FloatArray | None
+) -> Iterator[tuple[int, int, float]]:
+    """Of each two boxes, by their indices, the share of the smaller one's plan that lies over or
+    under the other's; nothing without up, and where unseen space makes a difference.
+    """
+    if up is None or len(boxes) < 2:
+        return
+    ways, least, most = _both_ways(boxes)
+    share = plan_overlap(ways, up)
+    each = [share[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
+    found, range_ = each[0], np.ptp(each, axis=0)
+    for one, other in permutations(range(len(boxes)), 2):
+        if range_[one, other] <= BEYOND:
+            yield one, other, min(float(found[one, other]), 1.0)
+
+
+def _both_ways(
+    boxes: Sequence[SolidBox],
+) -> tuple[list[SolidBox], NDArray[np.intp], NDArray[np.intp]]:
+    """The boxes as they were found and as far as they may reach; of each the index of both."""
+    reach = 2.0 * sum(float(np.linalg.norm(box.half)) for box in boxes)
+    on = [i for i, box in enumerate(boxes) if box.reaches.any()]
+    least, most = np.arange(len(boxes)), np.arange(len(boxes))
+    most[on] = len(boxes) + np.arange(len(on))
+    return [*boxes, *(boxes[i].widest(reach) for i in on)], least, most

@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.pieces.solid_boxes import SolidBox, beside, inside, known_of_two
+from facetlog.perception.facts.pieces.solid_boxes import (
+    SolidBox,
+    beside,
+    inside,
+    known_of_two,
+    known_overlaps,
+)
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
 from tests.perception.space.simulated_scans import eye_at, scanned
@@ -120,3 +126,25 @@ def test_a_scan_from_one_side_leaves_open_what_it_does_not_know(
     pieces = len(rows["piece"])
     between = [row for row in rows["beside"] if row[0].startswith("p") and row[1].startswith("p")]
     assert 0 < len(between) < pieces * (pieces - 1)
+
+
+def _board(x: float, z: float, *, unseen: bool = False) -> SolidBox:
+    """A level board of 1 by 1 m, which may go on past its left side."""
+    reaches = np.zeros((3, 2), dtype=np.bool_)
+    reaches[0, 0] = unseen
+    half = np.array([0.5, 0.5, 0.01])
+    return SolidBox(np.array([x, 0.0, z]), np.eye(3), half, 1e-4, reaches)
+
+
+@pytest.mark.parametrize(("x", "share"), [(0.0, 1.0), (0.75, 0.25), (1.0, 0.0), (3.0, 0.0)])
+def test_boards_of_any_heights_overlap_by_a_share_of_their_plans(x: float, share: float) -> None:
+    found = {(i, j): s for i, j, s in known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)}
+    assert found == {(0, 1): pytest.approx(share, abs=1e-3), (1, 0): pytest.approx(share, abs=1e-3)}
+    assert not list(known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], None))
+
+
+def test_how_far_what_goes_on_unseen_overlaps_another_is_not_known() -> None:
+    over = [_board(0.0, 0.7), _board(1.5, 0.4, unseen=True)]
+    assert not list(known_overlaps(over, UP))
+    beyond = [_board(0.0, 0.7, unseen=True), _board(1.5, 0.4)]
+    assert [s for _, _, s in known_overlaps(beyond, UP)] == [0.0, 0.0]
