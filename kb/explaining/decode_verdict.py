@@ -148,7 +148,7 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
             at_least, is_all = bound != "at_most_of", state is State.FAILS
             grouped = isinstance(groups, tuple) and any(map(_is_several, groups))
             tally = Tally(at_least, count, holding, undecided, deciding, is_all, grouped)
-            return Note("counted", tally.brief(), tally.words())
+            return Note("counted", tally.brief(), tally.words(), counted=(holding, count))
         case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
             words = model_words(readable(thing), model, state)
             return Note("judged", "", words, model_cause(cause))

@@ -263,13 +263,15 @@ class Comparison:
 class Note:
     """What else a step rests on: a relation, what is missing, what became of the children.
 
-    `words` says it as a reader does; it is empty for steps that only join others.
+    `words` says it as a reader does; it is empty for steps that only join others. `counted` are of
+    groups that are counted how many hold, and how many are wanted at least or at most.
     """
 
     name: str
     about: str = ""
     words: str = ""
     cause: str = ""
+    counted: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import pytest
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
 from facetlog.prototype.forms import grown_from, starting_forms
-from facetlog.prototype.growth import PATTERNS, single, under
+from facetlog.prototype.growth import PATTERNS, between, flanked, pair, single, under
 
 
 def test_a_union_has_one_face_where_parts_lie_flush() -> None:
@@ -50,6 +50,34 @@ def test_four_legs_carry_a_board_as_pieces_have_it() -> None:
 
     assert len(carried) == 4
     assert len({above for _, above in carried}) == 1
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 8])
+def test_boards_between_posts_and_between_legs_touch_both_and_nothing_else(count: int) -> None:
+    for start, first, second in (
+        (pair("upright bar"), 0, 1),
+        (under(single("board"), 0, "four legs"), 1, 4),
+    ):
+        made = between(start, first, second, count)
+        low, high = made.ends(made.sizes)
+        boards = np.arange(len(start.parts), len(low))
+
+        assert len(boards) == count
+        assert len(made.scene(made.sizes).faces) > 0
+        assert low[boards, 0] == pytest.approx(high[first, 0])
+        assert high[boards, 0] == pytest.approx(low[second, 0])
+        assert (low[boards[1:], 2] > high[boards[:-1], 2]).all()
+        assert (low[boards, 2] > 0.0).all()
+        assert (high[boards, 2] < high[first, 2]).all()
+
+
+def test_benches_stand_clear_of_what_they_flank() -> None:
+    table = flanked(under(single("board"), 0, "four legs"), 1, 4)
+    low, high = table.ends(table.sizes)
+
+    assert high[-2, 1] < low[0, 1]
+    assert low[-1, 1] > high[0, 1]
+    assert len(table.scene(table.sizes).bodies) == 1
 
 
 def test_all_forms_have_names_of_their_own_and_most_can_be_built() -> None:

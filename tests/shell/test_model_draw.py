@@ -49,6 +49,63 @@ PEDESTAL = """model pedestal
 """
 
 
+NEWCOMERS = {
+    "ladder": """model ladder
+  "Two long rails with rungs between them."
+
+  bar left where left is upright
+  bar right where right is upright
+  at least 4 bars rung where rung is level, rung joins left, rung joins right
+
+  beside: left beside right                           "the rails stand side by side"
+  tall: height(this) at least 250 % of width(this)    "it is much higher than broad"
+  flat: depth(this) at most 30 % of width(this)       "it is flat"
+  bays: there are at least 3 openings bay where bay beside left  "one sees through between rungs"
+""",
+    "gate": """model gate
+  "Two posts on the ground, and rails between them."
+
+  at least 2 bars post where post is upright, post is on_ground
+  at least 2 pieces rail where rail is level
+  bar top where top is level
+
+  flat: depth(this) at most 20 % of width(this)          "it is flat"
+  broad: length(top) at least 50 % of length(this)       "a rail goes from post to post"
+  held: each post: post joins top                        "the posts hold the rail"
+""",
+    "workbench": """model workbench
+  "A heavy bench to work at, with a shelf below."
+
+  board top where top is level
+  board shelf where shelf is level, shelf below top
+  at least 4 bars leg where leg carries top, leg is on_ground
+
+  each leg: leg is upright
+  high: elevation(top) at least 40 % of length(top)      "one stands at it"
+  low: elevation(shelf) at most 60 % of elevation(top)   "the shelf is low"
+  wide: length(shelf) at least 60 % of length(top)       "the shelf is nearly as long as the top"
+  empty: there is no piece x where x above top           "nothing on it"
+  one_shelf: shelves_below(top) = 1
+  usual: expect: if known: top_of(top) between 75 cm and 105 cm "one stands at it"
+
+  example "a table" of table() fails because shelf
+  example "a shelf" of shelf() fails
+""",
+    "picnic": """model picnic
+  "A table with a bench along each long side."
+
+  board top where top is level
+  at least 2 boards bench where bench is level, bench below top,
+      length(bench) at least 70 % of length(top)
+  at least 2 pieces leg where leg is on_ground, leg carries top
+
+  lower: each bench: elevation(bench) between 45 % of elevation(top) and 80 % of elevation(top)
+  bare: there is no piece x where x above top
+""",
+}
+"""Texts of models of several pieces, as their authors wrote them."""
+
+
 def _run(*arguments: str) -> tuple[int, str]:
     result = CliRunner().invoke(app, ["model", "draw", *arguments])
     return result.exit_code, result.output
@@ -77,6 +134,17 @@ def test_what_is_drawn_is_there_as_picture_mesh_and_scene(tmp_path: Path) -> Non
     assert (drawn["model"], drawn["verdict"]["state"]) == ("slab", "holds")
     assert all(c["state"] == "holds" for c in drawn["verdict"]["conditions"])
     assert {path.suffix for path in (tmp_path / "d").glob("slab.*")} == {".png", ".glb", ".json"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NEWCOMERS)
+def test_things_of_rungs_rails_shelves_and_benches_are_drawn(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.model").write_text(NEWCOMERS[name])
+
+    code, output = _run(str(tmp_path / f"{name}.model"), "-o", str(tmp_path / "drawn"), "--json")
+
+    assert code == 0, output
+    assert json.loads(output)["verdict"]["state"] == "holds"
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 """The forms that a search begins with: the builders of examples, and assemblies of a few parts."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from facetlog.perception.scene import Scene
@@ -12,12 +12,14 @@ from facetlog.prototype.growth import (
     beside,
     between,
     capped,
+    flanked,
     on_top,
+    pair,
     single,
     under,
 )
 
-__all__ = ["BuilderForm", "grown_from", "starting_forms", "surfaces"]
+__all__ = ["COUNTS", "MOST_PARTS", "BuilderForm", "grown_from", "starting_forms", "surfaces"]
 
 # Of what comes in numbers: so many at most are tried.
 COUNTS = (2, 3, 4, 5)
@@ -69,8 +71,8 @@ def surfaces() -> Iterator[Form]:
     yield from (BuilderForm(name) for name, builder in BUILDERS.items() if not builder.is_solid)
 
 
-def starting_forms() -> Iterator[Form]:
-    """All that are solid, those of few parts first."""
+def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
+    """All that are solid, those of few parts first; of what comes in numbers so many."""
     for kind in ("block", "board", "upright board", "bar", "upright bar"):
         yield single(kind)
     for builder in filter(lambda each: each.is_solid, BUILDERS.values()):
@@ -78,7 +80,7 @@ def starting_forms() -> Iterator[Form]:
         if not counted:
             yield BuilderForm(builder.name)
         for name in counted:
-            for count in COUNTS:
+            for count in counts:
                 yield BuilderForm(builder.name, {name: count})
     board, block = single("board"), single("block")
     for pattern in ("four legs", "two panels", "a column"):
@@ -91,46 +93,66 @@ def starting_forms() -> Iterator[Form]:
         yield capped(posts, 1)
         yield under(single("bar"), 0, "two posts", flush=flush)
     yield on_top(under(board, 0, "four legs"), 0, "a back", flush=True)
-    for count in COUNTS:
+    for count in counts:
         panels = on_top(board, 0, "two panels")
         yield between(capped(panels, 1), 1, 2, count)
+        yield between(pair("upright bar"), 0, 1, count)
+    legs = under(board, 0, "four legs")
+    for count in (1, 2, 3):
+        yield between(legs, 1, 4, count)
+    yield flanked(legs, 1, 4)
     for steps in (1, 2, 3):
         yield beside(block, 0, steps)
 
 
-def grown_from(start: Form, sizes: Mapping[str, float]) -> Iterator[Form]:
-    """What one more group of parts makes of an assembly of these sizes; of other forms nothing."""
+def grown_from(
+    start: Form, sizes: Mapping[str, float], counts: Sequence[int] = COUNTS
+) -> Iterator[Form]:
+    """What one more group of parts makes of an assembly of these sizes; of other forms nothing.
+
+    Of what comes between two parts there are 1 or so many.
+    """
     if not isinstance(start, Assembly):
         return
     form = replace(start, sizes=sizes)
+    for first, second in _apart(form):
+        for count in dict.fromkeys((1, *counts)):
+            if len(form.parts) + count <= MOST_PARTS:
+                yield between(form, first, second, count)
+        yield between(form, first, second, 1, upright=True)
+        if len(form.parts) + 4 <= MOST_PARTS:
+            yield flanked(form, first, second)
     for part in _different(form):
+        yield capped(form, part)
+        yield capped(form, part, flush=False)
         for pattern, made in PATTERNS.items():
             if len(form.parts) + made.count > MOST_PARTS:
                 continue
             for flush in (False, True):
                 yield under(form, part, pattern, flush=flush)
                 yield on_top(form, part, pattern, flush=flush)
-        yield capped(form, part)
-        yield capped(form, part, flush=False)
         for steps in (1, 2):
             yield beside(form, part, steps)
-    for first, second in zip(_indices(form), _indices(form)[1:], strict=False):
-        one, two = form.parts[first], form.parts[second]
-        if one.y == two.y and one.z == two.z and one.x != two.x:
-            for count in COUNTS[:3]:
-                yield between(form, first, second, count)
-            yield between(form, first, second, 1)
-            yield between(form, first, second, 1, upright=True)
 
 
-def _indices(form: Assembly) -> list[int]:
-    return list(range(len(form.parts)))
+def _at_heights(form: Assembly) -> list[list[int]]:
+    """The parts at each height: what stands on or under another of them is alike."""
+    found: dict[str, list[int]] = {}
+    for index, part in enumerate(form.parts):
+        key = repr([sorted(end.terms.items()) for end in part.z])
+        found.setdefault(key, []).append(index)
+    return list(found.values())
 
 
 def _different(form: Assembly) -> list[int]:
-    """One of all parts at each height: what stands on or under another of them is alike."""
-    found: dict[str, int] = {}
-    for index, part in enumerate(form.parts):
-        key = repr([sorted(end.terms.items()) for end in part.z])
-        found.setdefault(key, index)
-    return list(found.values())
+    """One of all parts at each height."""
+    return [some[0] for some in _at_heights(form)]
+
+
+def _apart(form: Assembly) -> Iterator[tuple[int, int]]:
+    """At each height the first part and the last that is away from it along x: the outermost."""
+    for first, *others in _at_heights(form):
+        end = form.parts[first].x[1].of(form.sizes)
+        away = [other for other in others if form.parts[other].x[0].of(form.sizes) > end]
+        if away:
+            yield first, away[-1]

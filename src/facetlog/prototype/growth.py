@@ -6,7 +6,18 @@ from types import MappingProxyType
 
 from facetlog.prototype.assembly import ZERO, Assembly, Length, Part
 
-__all__ = ["PATTERNS", "Pattern", "beside", "between", "capped", "on_top", "single", "under"]
+__all__ = [
+    "PATTERNS",
+    "Pattern",
+    "beside",
+    "between",
+    "capped",
+    "flanked",
+    "on_top",
+    "pair",
+    "single",
+    "under",
+]
 
 # Sizes at which fitting begins, metres: of a piece of furniture, whatever it turns out to be.
 LONG, WIDE, THIN, BAR, INSET, HIGH = 0.8, 0.5, 0.03, 0.045, 0.025, 0.4
@@ -102,6 +113,16 @@ def single(kind: str) -> Assembly:
     return Assembly(f"a {kind}", sizes, (Part(*ends),))
 
 
+def pair(kind: str) -> Assembly:
+    """Two of the parts that `single` makes, apart along x: one solid once more is put to them."""
+    one = single(kind)
+    grown, apart = one.size("apart", HIGH)
+    part = one.parts[0]
+    away = part.x[1] + apart
+    other = Part((part.x[0] + away, part.x[1] + away), part.y, part.z)
+    return Assembly(f"two {kind}s", grown.sizes, (part, other))
+
+
 def _sides(grown: Assembly, on: Part, pattern: str, *, flush: bool) -> tuple[Assembly, Plan, Plan]:
     kind = PATTERNS[pattern].kind
     rim = ZERO
@@ -155,26 +176,48 @@ def capped(start: Assembly, carrier: int, *, plan: int = 0, flush: bool = True) 
 def between(
     start: Assembly, first: int, second: int, count: int, *, upright: bool = False
 ) -> Assembly:
-    """So many level boards, evenly apart, or one upright board, from a part to one along x."""
-    grown, inset = start.size("inset", INSET)
-    grown, thick = grown.size("thickness", THIN)
-    a, b = grown.parts[first], grown.parts[second]
+    """So many level boards, evenly apart, or one upright board, from a part to one along x.
+
+    They are as deep as both parts together, but for an inset, and shorter parts are bars.
+    """
+    a, b = start.parts[first], start.parts[second]
     x = (a.x[1], b.x[0])
-    y = (a.y[0] + inset, a.y[1] - inset)
     low, high = a.z
+    # Of posts, which are thinner than boards are wide, no inset may leave nothing.
+    deep = (b.y[1] - a.y[0]).of(start.sizes)
+    grown, inset = start.size("inset", min(INSET, deep / 8))
+    y = (a.y[0] + inset, b.y[1] - inset)
+    rise = (high - low).of(start.sizes)
+    grown, thick = grown.size("thickness", min(THIN, rise / (3 * count)))
     if upright:
-        grown, drop = grown.size("drop", HIGH / 2)
+        grown, drop = grown.size("drop", rise / 2)
         placed = [Part(x, (y[1] - thick, y[1]), (high - drop, high))]
-    else:
-        # count boards between the ends of the sides, no nearer to them than inset
-        room = high - low - inset * 2.0 - thick
-        rises = [room * (i / max(1, count - 1)) for i in range(count)]
-        if count == 1:
-            rises = [room * 0.5]
-        starts = [low + inset + rise for rise in rises]
-        placed = [Part(x, y, (z, z + thick)) for z in starts]
-    words = "an upright board between" if upright else f"{count} boards between"
-    return grown.also(words, placed)
+        return grown.also("an upright board between", placed)
+    # They begin evenly apart, from each other as from both ends.
+    gap = (rise - count * min(THIN, rise / (3 * count))) / (count + 1)
+    grown, foot = grown.size("below", gap)
+    bottom, room = low + foot, ZERO
+    if count > 1:
+        grown, above = grown.size("above", gap)
+        room = high - above - thick - bottom
+    starts = [bottom + room * (i / max(1, count - 1)) for i in range(count)]
+    placed = [Part(x, y, (z, z + thick)) for z in starts]
+    return grown.also(f"{count} boards between", placed)
+
+
+def flanked(start: Assembly, first: int, second: int) -> Assembly:
+    """A level board along x on each side of two parts, on bars across that go through those."""
+    a, b = start.parts[first], start.parts[second]
+    grown, foot = start.size("rise", (a.z[1] - a.z[0]).of(start.sizes) / 2)
+    grown, thick = grown.size("thickness", THIN)
+    grown, wide = grown.size("width", HIGH / 2)
+    grown, clear = grown.size("clear", HIGH / 4)
+    ends = (a.y[0] - clear - wide, b.y[1] + clear + wide)
+    on = a.z[0] + foot
+    bars = [Part(part.x, ends, (on - thick, on)) for part in (a, b)]
+    x, z = (a.x[0], b.x[1]), (on, on + thick)
+    sides = ((ends[0], ends[0] + wide), (ends[1] - wide, ends[1]))
+    return grown.also("a board on each side", (*bars, *(Part(x, y, z) for y in sides)))
 
 
 def beside(start: Assembly, part: int, steps: int) -> Assembly:

@@ -8,15 +8,16 @@ it is distances of logarithms that count, since sizes compare by factors.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from facetlog.kb.explaining.proof import Comparison, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.perception.scene import Scene
 
-__all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "margins_of"]
+__all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "counts_in", "margin_of", "margins_of"]
 
 FAR = 0.5
 """The most that a margin counts where solids are compared: in the middle half of its limits all is
@@ -25,6 +26,9 @@ OPEN = -0.5 * FAR
 
 Margins = Mapping[tuple[str, str], float]
 """The margin of each demand by the label of its condition, and which of its demands it is."""
+
+# Names of a scene's faces, pieces and openings, which follow their order in it.
+_NAMES = re.compile(r"\b[fpo]\d+\b")
 
 EXPECTED, PART = "expected", "part"
 """Instead of a label, of what is expected alone, and of parts that were not found."""
@@ -94,8 +98,11 @@ def margins_of(verdict: Verdict) -> Margins:
 def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
     """What must all hold, each apart; of a value with two limits each of both."""
     if proof.name in {"all", "short", "if_known"} and proof.children:
-        for nth, child in enumerate(proof.children):
+        for nth, child in enumerate(_in_order(proof.children)):
             yield from _demands(child, f"{path}.{nth}")
+    elif proof.name == "implies" and proof.children[0].state is State.HOLDS:
+        # What each bench is to be is met by better benches, not by what is no bench.
+        yield from _demands(proof.children[1], path)
     elif isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
         for side, margin in _sides(proof.detail):
             yield f"{path} {side}", margin
@@ -103,18 +110,35 @@ def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
         yield path, margin_of(proof)
 
 
+def _in_order(children: Sequence[Proof]) -> list[Proof]:
+    """Steps that say the same of several faces or pieces, by what was measured of them.
+
+    Which of them is named first changes with the sizes; the least of their values hardly does.
+    """
+    first: dict[str, int] = {}
+    for nth, child in enumerate(children):
+        first.setdefault(_NAMES.sub("_", child.test), nth)
+    return sorted(children, key=lambda c: (first[_NAMES.sub("_", c.test)], _measured(c)))
+
+
+def _measured(proof: Proof) -> float:
+    if proof.name == "implies":
+        return _measured(proof.children[1])
+    return proof.detail.value if isinstance(proof.detail, Comparison) else margin_of(proof)
+
+
 def margin_of(proof: Proof) -> float:
     """The margin of a step: greater than 0 if it holds."""
     match proof.name:
-        case "all" | "short" | "if_known" | "counted" if proof.children:
-            if proof.name == "counted":
-                return _flat(proof.state)
+        case "counted":
+            return _counted(proof)
+        case "all" | "short" | "if_known" if proof.children:
             return min(map(margin_of, proof.children))
         case "any" if proof.children:
             return max(map(margin_of, proof.children))
         case "implies":
             where, then = proof.children
-            return max(-margin_of(where), margin_of(then))
+            return margin_of(then) if where.state is State.HOLDS else -margin_of(where)
         case "not":
             return -margin_of(proof.children[0])
         case _ if isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
@@ -123,8 +147,25 @@ def margin_of(proof: Proof) -> float:
             return _flat(proof.state)
 
 
+def counts_in(proof: Proof) -> Iterator[int]:
+    """How many are wanted, at least or at most, wherever a proof counts."""
+    if isinstance(proof.detail, Note) and proof.detail.counted is not None:
+        yield proof.detail.counted[1]
+    for child in proof.children:
+        yield from counts_in(child)
+
+
 def _flat(state: State) -> float:
     return {State.HOLDS: FAR, State.FAILS: -FAR, State.UNKNOWN: OPEN}[state]
+
+
+def _counted(proof: Proof) -> float:
+    """Of a count that fails less than 0 by how many are too few or too many, at most `FAR`."""
+    counted = proof.detail.counted if isinstance(proof.detail, Note) else None
+    if proof.state is not State.FAILS or counted is None:
+        return _flat(proof.state)
+    holding, wanted = counted
+    return -FAR * min(1.0, (1 + abs(wanted - holding)) / (1 + wanted))
 
 
 def _sides(found: Comparison) -> Iterator[tuple[str, float]]:

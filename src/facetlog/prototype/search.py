@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice, zip_longest
 
 from facetlog.prototype.assembly import Form
 from facetlog.prototype.fit import fitted
-from facetlog.prototype.forms import grown_from, starting_forms, surfaces
+from facetlog.prototype.forms import COUNTS, MOST_PARTS, grown_from, starting_forms, surfaces
+from facetlog.prototype.objective import counts_in
 from facetlog.prototype.workbench import Candidate, Workbench
 
 __all__ = ["Search", "searched"]
@@ -27,6 +29,13 @@ class Search:
     def is_spent(self) -> bool:
         """Whether no more may be judged."""
         return self.bench.judged >= self.most
+
+    @property
+    def counts(self) -> list[int]:
+        """Of what comes in numbers how many are tried: few, and as many as the model names."""
+        proofs = (c.proof for one in self.tried.values() for c in one.judged.verdict.conditions)
+        named = {count for proof in proofs for count in counts_in(proof)}
+        return sorted({*COUNTS, *(count for count in named if 2 <= count <= MOST_PARTS - 2)})
 
     @property
     def best(self) -> Candidate:
@@ -68,17 +77,29 @@ class Search:
         return better
 
     def grown(self, most: int = GROWING) -> Iterator[Form]:
-        """What one more group of parts makes of each of the best, of so many."""
+        """What one more group of parts makes of each of the best, of so many, in turn."""
         growing = [one for one in self.ranked() if one.form.grows][:most]
-        for one in growing:
-            yield from grown_from(one.form, one.judged.sizes)
+        counts = self.counts
+        forms = [grown_from(one.form, one.judged.sizes, counts) for one in growing]
+        for some in zip_longest(*forms):
+            yield from (form for form in some if form is not None)
 
     def finds(self, forms: Iterable[Form]) -> bool:
         """Whether one of some forms, or of the best of them once fitted, holds, or all is spent."""
-        for candidate in self.ranked(self.look(forms))[:FITTED]:
+        for candidate in islice(_unlike(self.ranked(self.look(forms))), FITTED):
             if self.fit(candidate).judged.holds:
                 return True
         return self.is_spent
+
+
+def _unlike(candidates: Iterable[Candidate]) -> Iterator[Candidate]:
+    """Those that miss something else, or by something else, than all before them."""
+    seen = set()
+    for one in candidates:
+        missed = {key: round(m, 2) for key, m in one.judged.margins.items() if m <= 0.0}
+        if (how := frozenset(missed.items())) not in seen or one.judged.holds:
+            seen.add(how)
+            yield one
 
 
 def _key(form: Form) -> str:
@@ -91,13 +112,15 @@ def searched(bench: Workbench, most: int) -> Search:
     Raises ValueError if no form could be judged.
     """
     search = Search(bench, most)
-    if search.finds(starting_forms()):
+    search.look(islice(starting_forms(), 1))
+    if search.finds(starting_forms(search.counts)):
         return search
     # What is no solid counts if it holds, and as no evidence of what solids miss.
     seen = Search(bench, most)
     if seen.finds(surfaces()) and seen.holding:
         return seen
     for _ in range(GENERATIONS):
-        if search.finds(search.grown()):
+        # The other half is for fitting, and for what grows out of these.
+        if search.finds(islice(search.grown(), (most - bench.judged) // 2)):
             break
     return search
