@@ -1,5 +1,6 @@
 """Flat regions and the rest of the surface as a scene: shared vertices, edges, faces, objects."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -127,15 +128,15 @@ def assemble_scene(
         for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)
     )
     patches, patch_bodies, reaching = _patches(rest, len(vertices), size, up)
-    numbers = sorted({r.body for r in kept} | set(patch_bodies))
+    faces_of: dict[int, list[int]] = defaultdict(list)
+    patches_of: dict[int, list[int]] = defaultdict(list)
+    for i, region in enumerate(kept):
+        faces_of[region.body].append(i)
+    for i, number in enumerate(patch_bodies):
+        patches_of[number].append(i)
     bodies = tuple(
-        Body(
-            tuple(i for i, r in enumerate(kept) if r.body == number),
-            (),
-            tuple(i for i, body in enumerate(patch_bodies) if body == number),
-            whole,
-        )
-        for number in numbers
+        Body(tuple(faces_of[number]), (), tuple(patches_of[number]), whole)
+        for number in sorted(faces_of.keys() | patches_of.keys())
         if number >= 0
     )
     return Scene(
