@@ -94,18 +94,24 @@ def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[O
             yield _opening(least, axis, hole)
 
 
-def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool) -> bool:
+def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool | None) -> bool:
     """Whether the space may have an opening besides those that were `found` in it, if what nobody
     saw, or what is only assumed, is full here and free there.
 
-    A hole takes columns without surface, and none that leads out through free ones.
+    A hole takes columns without surface, and none that leads out through free ones. Where it is
+    not known whether the thing stands on the ground (`on_ground` is None), nor on which of its
+    sides, the ground may close whatever lies within the thing's convex outline.
     """
     known_free = np.asarray(space.cells == State.FREE)
     sure = np.asarray(space.cells == State.FULL)
     for axis in range(3):
         room = ~np.asarray(sure.any(axis=axis))
         free = np.asarray(known_free.all(axis=axis))
-        room &= ~free | (_enclosed(free, on_ground=on_ground and axis < 2) > 0)
+        if on_ground is None:
+            closed = _within_outline(free)
+        else:
+            closed = _enclosed(free, on_ground=on_ground and axis < 2) > 0
+        room &= ~free | closed
         for opening in found:
             if opening.along == axis:
                 one, two = opening.cells.T
@@ -128,6 +134,17 @@ def _enclosed(free: _Plan, *, on_ground: bool) -> Indices:
     enclosed = np.setdiff1d(np.arange(1, count + 1), outside)
     numbers[enclosed] = np.arange(1, len(enclosed) + 1)
     return np.asarray(numbers[labels[1:-1, 1:-1]])
+
+
+def _within_outline(free: _Plan) -> _Plan:
+    """Places (n, m) within the convex outline of those that are not free, which a flat ground
+    reaches and no further.
+    """
+    import shapely
+
+    outline = shapely.convex_hull(shapely.multipoints(np.argwhere(~free)))
+    places = np.indices(free.shape)
+    return np.asarray(shapely.intersects_xy(outline, places[0], places[1]))
 
 
 def _is_wide(hole: _Plan) -> bool:

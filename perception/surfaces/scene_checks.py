@@ -1,6 +1,6 @@
 """What is wrong with a scene whose numbers are sound: geometry that contradicts itself."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 
 import numpy as np
@@ -8,11 +8,11 @@ import shapely
 
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.row_table import Bools, row_starts, stacked
-from facetlog.perception.scene import Face, Scene
+from facetlog.perception.scene import Face, Scene, Vertex
 from facetlog.perception.surfaces.scene_numbers import SceneFault
 from facetlog.perception.types import FloatArray
 
-__all__ = ["scene_faults"]
+__all__ = ["scene_faults", "unsound_faces"]
 
 # A vertex is off its face's plane beyond both: chance gives 5 sd once in two million, and what is
 # off by a quarter of the face's extent is no flat face. Of meshes whose faces share vertices these
@@ -38,12 +38,28 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
     - vertices off their face's plane by more than 5 sd and more than a quarter of its extent.
     """
     yield from _vertex_faults(scene)
-    if scene.faces:
-        points = scene.points
-        # Most faces are surely sound, which is found out for all at once.
-        for i in np.flatnonzero(~_surely_sound(scene, points)).tolist():
-            yield from _outline_faults(f"$.faces[{i}]", scene.faces[i], points)
-            yield from _plane_faults(f"$.faces[{i}]", scene.faces[i], scene, points)
+    for _, fault in _face_faults(scene.faces, scene.vertices):
+        yield fault
+
+
+def unsound_faces(faces: Sequence[Face], vertices: Sequence[Vertex]) -> tuple[int, ...]:
+    """The indices of the faces that `scene_faults` would name in a scene of these vertices."""
+    return tuple(dict.fromkeys(index for index, _ in _face_faults(faces, vertices)))
+
+
+def _face_faults(
+    faces: Sequence[Face], vertices: Sequence[Vertex]
+) -> Iterator[tuple[int, SceneFault]]:
+    """The faults of faces, each with the face's index."""
+    if not faces:
+        return
+    points = stacked([vertex.point for vertex in vertices], 3)
+    # Most faces are surely sound, which is found out for all at once.
+    for i in np.flatnonzero(~_surely_sound(faces, points)).tolist():
+        for fault in _outline_faults(f"$.faces[{i}]", faces[i], points):
+            yield i, fault
+        for fault in _plane_faults(f"$.faces[{i}]", faces[i], vertices, points):
+            yield i, fault
 
 
 def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
@@ -62,11 +78,10 @@ def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
         )
 
 
-def _surely_sound(scene: Scene, points: FloatArray) -> Bools:
-    """Which faces (f,) of a scene with vertices (n, 3) have no hole, a convex outline that runs the
-    right way, and all corners near their plane.
+def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
+    """Which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the right way,
+    and all corners near their plane.
     """
-    faces = scene.faces
     lengths = np.array([len(face.outline) for face in faces], dtype=np.intp)
     starts = row_starts(lengths)
     face = np.repeat(np.arange(len(faces)), lengths)
@@ -150,7 +165,9 @@ def _is_crossed(loop: FloatArray, slack: float) -> bool:
     return abs(float(_enclosed(loop).area) - abs(_signed_area(loop))) > slack
 
 
-def _plane_faults(place: str, face: Face, scene: Scene, points: FloatArray) -> Iterator[SceneFault]:
+def _plane_faults(
+    place: str, face: Face, vertices: Sequence[Vertex], points: FloatArray
+) -> Iterator[SceneFault]:
     """The vertices that are off the plane of a face."""
     outline = points[list(face.outline)]
     extent = float(np.linalg.norm(outline.max(axis=0) - outline.min(axis=0)))
@@ -159,7 +176,7 @@ def _plane_faults(place: str, face: Face, scene: Scene, points: FloatArray) -> I
     for name, loop in loops.items():
         away = np.abs(face.plane.distance(points[list(loop)]))
         for j in np.flatnonzero(away > OFF_SHARE * extent).tolist():
-            vertex = scene.vertices[loop[j]]
+            vertex = vertices[loop[j]]
             lever = np.append(vertex.point, 1.0)
             # var d = (p, 1) C (p, 1)ᵀ + nᵀ V n
             variance = lever @ face.plane.cov @ lever

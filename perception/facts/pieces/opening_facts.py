@@ -34,9 +34,10 @@ def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ..
 
 
 def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
-    """Whether a thing can have no openings but these."""
+    """Whether a thing can have no openings but these, wherever it may stand if up is not known."""
     space, on_ground = _where_they_fit(filled, up)
-    return not room_for_openings(space, openings, on_ground=on_ground)
+    stands = None if up is None else on_ground
+    return not room_for_openings(space, openings, on_ground=stands)
 
 
 def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:

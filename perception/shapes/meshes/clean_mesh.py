@@ -1,6 +1,7 @@
 """Repair of meshes: welded vertices, no duplicates, consistent winding, normals outwards.
 
-Corners within a millionth of the size are merged; degenerate and duplicate triangles are removed.
+Corners within a millionth of the size are merged; degenerate and duplicate triangles are removed,
+and if the former are any share of the surface, that is said.
 Sheets of triangles joined by edges that two of them share get one winding; a closed one that of
 positive volume, so that its normals point out. The outside of an open one does not follow from its
 winding: mesh_sides.py determines it.
@@ -19,14 +20,20 @@ from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = ["RESOLUTION", "Surface", "clean_mesh"]
+__all__ = ["MEND", "RESOLUTION", "Surface", "clean_mesh"]
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
-# A share of the surface that measures may lack unnoticed: a tenth of their tolerances.
-LEAST_LOSS = 0.01
+# Nothing is said of less than this share of the surface: a face of so much is a speck
+# (mesh_regions.py).
+LEAST_LOST = 0.001
+# What is left is no likeness of a mesh of which more than this share is left out.
+MOST_LOST = 0.5
 # A closed sheet with less volume than this share of area times size is two sheets back to back.
 LEAST_VOLUME = 1e-6
+
+MEND = "merge near vertices, remesh it, or give its vertices as a cloud"
+"""What to do about a mesh whose triangles make no surface."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,7 +43,7 @@ class Surface:
     `size` is the diagonal. `links` (k, 2) are pairs of triangles that share an edge, wound alike;
     `link_edges` (k, 2) the ends of that edge. `sheets` (m,) number the triangles joined by such
     links, `bodies` (m,) those that share any corner; `closed` (m,) are triangles whose normal is
-    known to point out. `warnings` say what of its area was left out.
+    known to point out. `warnings` say what was left out of the mesh called `name`.
     """
 
     points: FloatArray
@@ -50,7 +57,14 @@ class Surface:
     closed: NDArray[np.bool_]
     centre: FloatArray
     size: float
+    name: str = "mesh"
     warnings: tuple[str, ...] = ()
+
+    @property
+    def lone(self) -> NDArray[np.bool_]:
+        """Which triangles (m,) share no corner with another."""
+        alone: NDArray[np.bool_] = np.bincount(self.bodies)[self.bodies] == 1
+        return alone
 
     @property
     def corners(self) -> FloatArray:
@@ -59,7 +73,10 @@ class Surface:
 
 
 def clean_mesh(mesh: Mesh) -> Surface:
-    """The surface of a mesh, whatever its scale; raises InputError where it has no area."""
+    """The surface of a mesh, whatever its scale.
+
+    Raises InputError where it has no area, or where most of it is narrower than the resolution.
+    """
     used = np.zeros(len(mesh.vertices), dtype=bool)
     used[mesh.triangles] = True
     low, high = mesh.vertices[used].min(axis=0), mesh.vertices[used].max(axis=0)
@@ -72,46 +89,42 @@ def clean_mesh(mesh: Mesh) -> Surface:
     points, triangles = _welded(
         mesh.vertices - centre, mesh.triangles, used, max(RESOLUTION * size, grain)
     )
-    collapsed = _with_one_corner_twice(triangles)
-    lost = _areas_of(mesh.vertices[mesh.triangles[collapsed]])
-    triangles = _without_doubles(triangles[~collapsed])
+    a, b, c = triangles.T
+    three = (a != b) & (b != c) & (c != a)
+    rows = np.flatnonzero(three)
+    rows = rows[_first_of_doubles(triangles[rows])]
+    triangles = triangles[rows]
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
     double = _lengths(normals)
     longest = np.maximum.reduce([_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))])
     solid = double > RESOLUTION * size * longest
-    if not solid.any():
-        raise InputError(f"{mesh.name}: no triangle has an area; export the mesh again")
-    lost = np.concatenate((lost, 0.5 * double[~solid]))
-    warnings = _left_out(lost, 0.5 * float(double[solid].sum()), len(mesh.triangles))
+    lost = np.concatenate((np.flatnonzero(~three), rows[~solid]))
+    warnings = _what_is_lost(mesh, lost, 0.5 * float(double[solid].sum()))
     triangles, normals, double = triangles[solid], normals[solid], double[solid]
     normals /= double[:, None]
     surface = _wound(points, triangles, normals, 0.5 * double, centre, size)
-    return replace(surface, warnings=warnings)
+    return replace(surface, name=mesh.name, warnings=warnings)
 
 
-def _left_out(lost: FloatArray, kept: float, count: int) -> tuple[str, ...]:
-    """A line where triangles that are too narrow have more area than measures are unsure of: their
-    areas, and that of the others.
+def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
+    """A warning of the triangles left out, by their rows, where those were any share of the surface
+    of which the area `left` is left; raises InputError where they were most of it, or all.
     """
-    share = float(lost.sum()) / (float(lost.sum()) + kept)
-    if share < LEAST_LOSS:
+    a, b, c = (mesh.vertices[mesh.triangles[lost, k]] for k in range(3))
+    area = 0.5 * float(_lengths(cross(b - a, c - a)).sum())
+    if not area + left > 0.0:
+        raise InputError(f"{mesh.name}: no triangle has an area; export the mesh again")
+    share = area / (area + left)
+    if share < LEAST_LOST:
         return ()
-    return (
-        f"{len(lost):,} of {count:,} triangles are narrower than a millionth of the mesh and were "
-        f"left out, {share:.0%} of its surface: export it with fewer, wider triangles",
+    said = (
+        f"{len(lost):,} of {len(mesh.triangles):,} triangles, {share:.1%} of the surface, are "
+        "narrower than a millionth of its size and left out"
     )
-
-
-def _areas_of(corners: FloatArray) -> FloatArray:
-    """The areas (m,) of triangles (m, 3, 3)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return 0.5 * _lengths(cross(b - a, c - a))
-
-
-def _with_one_corner_twice(triangles: Indices) -> NDArray[np.bool_]:
-    a, b, c = triangles.T
-    return np.asarray((a == b) | (b == c) | (c == a))
+    if share > MOST_LOST:
+        raise InputError(f"{mesh.name}: {said}; {MEND}")
+    return (f"{said}; {MEND}",)
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
@@ -141,10 +154,10 @@ def _welded(
     return where[keep], number[triangles]
 
 
-def _without_doubles(triangles: Indices) -> Indices:
-    """Triangles with three different corners, one for each set of corners."""
+def _first_of_doubles(triangles: Indices) -> Indices:
+    """The rows of triangles (m, 3), the first one for each set of corners."""
     if not len(triangles):
-        return triangles
+        return np.zeros(0, dtype=np.int64)
     a, b, c = triangles.T
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     middle = a + b + c - low - high
@@ -152,7 +165,7 @@ def _without_doubles(triangles: Indices) -> Indices:
     # two steps, because three numbers together may not fit into 64 bits
     _, pair = np.unique(low * count + middle, return_inverse=True)
     _, first = np.unique(pair * count + high, return_index=True)
-    return triangles[np.sort(first)]
+    return np.sort(first).astype(np.int64)
 
 
 def _wound(

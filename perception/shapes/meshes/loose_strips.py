@@ -8,25 +8,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.errors import InputError
 from facetlog.perception.grouped import group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE
 
-__all__ = ["MANY_PARTS", "MOST_PARTS", "without_loose_strips"]
+__all__ = ["MANY_PARTS", "without_loose_strips"]
 
 MANY_PARTS = 1_000
 """Parts that share no corner with others. With two faces each more have too many for facts
 (most_faces.py)."""
-MOST_PARTS = 10_000
-"""Which side of each is outside takes a hundredth of a second: two minutes."""
 
 
-def without_loose_strips(surface: Surface, name: str) -> Surface:
+def without_loose_strips(surface: Surface) -> Surface:
     """The surface, of which narrow loose parts are left out if there are many parts.
 
-    They are open, and narrower than its samples lie apart. InputError where too many are left.
+    They are open, and narrower than its samples lie apart. Where all are, they stay.
     """
     count = int(surface.bodies.max()) + 1
     if count <= MANY_PARTS:
@@ -39,20 +36,14 @@ def without_loose_strips(surface: Surface, name: str) -> Surface:
     widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))
     is_open = np.bincount(surface.bodies, ~surface.closed, minlength=count) > 0
     strips = is_open & (widths < SPACING_SHARE * surface.size)
-    kept = count - int(strips.sum())
-    if not kept or kept > MOST_PARTS:
-        raise InputError(
-            f"{name}: has {count:,} parts that share no corner, of at most {MOST_PARTS:,} a scene "
-            "is made: merge corners that lie together, or leave out loose triangles, then export "
-            "it again"
-        )
-    if kept == count:
+    if not strips.any() or strips.all():
         return surface
     left = strips[surface.bodies]
     share = float(surface.areas[left].sum() / surface.areas.sum())
     line = (
-        f"{count - kept:,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were left "
-        f"out, {100.0 * share:.2g}% of its surface"
+        f"{int(strips.sum()):,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were "
+        f"left out, {100.0 * share:.2g}% of its surface"
     )
-    rest = clean_mesh(Mesh(surface.points + surface.centre, surface.triangles[~left], name=name))
+    mesh = Mesh(surface.points + surface.centre, surface.triangles[~left], name=surface.name)
+    rest = clean_mesh(mesh)
     return replace(rest, warnings=(*surface.warnings, *rest.warnings, line))

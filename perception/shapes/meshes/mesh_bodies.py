@@ -13,8 +13,9 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices, joined
-from facetlog.perception.shapes.meshes.clean_mesh import Surface
+from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
@@ -29,6 +30,11 @@ NEAR_SHARE = 0.02
 SPACING_SHARE = 0.5 * NEAR_SHARE
 # Many small triangles have more samples than that: one is kept of each cell of so many spacings.
 CELL = 0.5
+# Pairs that are compared at most, which takes 15 s. Third-party models of furniture have up to 500;
+# surface that falls to pieces has more.
+MOST_PAIRS = 200_000
+# Boxes are looked up so many at a time: those that meet in plan may be far apart in height.
+BOXES_AT_ONCE = 1024
 # What is joined to a part is at most so many times as large before what is too far is dropped.
 GROWN = 2.0
 
@@ -51,13 +57,13 @@ class _Parts:
     trees: dict[int, cKDTree] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, corners: FloatArray, part: Indices, count: int) -> "_Parts":
-        """Of triangles (m, 3, 3), `part` (m,) of `count`."""
+    def of(cls, corners: FloatArray, part: Indices, count: int, name: str) -> "_Parts":
+        """Of triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
         low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
         np.minimum.at(low, part, corners.min(axis=1))
         np.maximum.at(high, part, corners.max(axis=1))
         extents = np.sqrt(((high - low) ** 2).sum(axis=1))
-        pairs = _boxes_near(low, high, GROWN * NEAR_SHARE * extents)
+        pairs = _boxes_near(low, high, GROWN * NEAR_SHARE * extents, name)
         largest = extents.copy()
         for one, two in (pairs.T, pairs.T[::-1]):
             np.maximum.at(largest, one, extents[two])
@@ -99,7 +105,8 @@ class _Parts:
 def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Indices:
     """The object (m,) of each triangle, numbered from 0.
 
-    The triangles of the `floor` (m,) are one object, the last, and join nothing.
+    The triangles of the `floor` (m,) are one object, the last, and join nothing. Raises InputError
+    for a surface in so many pieces, so near to each other, that they cannot be compared.
     """
     bodies = np.zeros(len(surface.triangles), dtype=np.int64)
     rows = np.arange(len(bodies)) if floor is None else np.flatnonzero(~floor)
@@ -113,23 +120,36 @@ def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Ind
     count = int(parts.max()) + 1
     together = parts
     if count > 1:
-        together = _together(_Parts.of(surface.corners[rows], parts, count), count)[parts]
+        together = _together(_Parts.of(surface.corners[rows], parts, count, surface.name), count)[
+            parts
+        ]
     bodies[:] = int(together.max()) + 1
     bodies[rows] = together
     return bodies
 
 
-def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray) -> Indices:
+def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray, name: str) -> Indices:
     """Pairs (k, 2) of boxes whose gap is within the longer reach of the two, those boxes being
-    from `low` (p, 3) to `high` (p, 3).
+    from `low` (p, 3) to `high` (p, 3); raises InputError, which names the mesh, for too many.
     """
     wide = np.column_stack([low - reach[:, None], high + reach[:, None]])
     plans = shapely.box(wide[:, 0], wide[:, 1], wide[:, 3], wide[:, 4])
-    one, two = shapely.STRtree(plans).query(plans)
-    one, two = one[one < two], two[one < two]
-    gaps = np.maximum(np.maximum(low[one] - high[two], low[two] - high[one]), 0.0)
-    near = np.sqrt((gaps**2).sum(axis=1)) <= np.maximum(reach[one], reach[two])
-    return np.column_stack([one[near], two[near]]).astype(np.int64)
+    tree = shapely.STRtree(plans)
+    found, count = [np.zeros((0, 2), dtype=np.int64)], 0
+    for first in range(0, len(plans), BOXES_AT_ONCE):
+        one, two = tree.query(plans[first : first + BOXES_AT_ONCE])
+        one += first
+        one, two = one[one < two], two[one < two]
+        gaps = np.maximum(np.maximum(low[one] - high[two], low[two] - high[one]), 0.0)
+        near = np.sqrt((gaps**2).sum(axis=1)) <= np.maximum(reach[one], reach[two])
+        found.append(np.column_stack([one[near], two[near]]).astype(np.int64))
+        count += len(found[-1])
+        if count > MOST_PAIRS:
+            raise InputError(
+                f"{name}: falls into {len(plans):,} parts that share no corner, too many to find "
+                f"out which are one thing: {MEND}"
+            )
+    return np.concatenate(found)
 
 
 def _together(parts: _Parts, count: int) -> Indices:

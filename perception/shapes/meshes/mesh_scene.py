@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
+from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh
 from facetlog.perception.shapes.meshes.covered_surface import Solids
 from facetlog.perception.shapes.meshes.loose_strips import without_loose_strips
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
@@ -26,6 +27,11 @@ __all__ = ["scene_of_mesh"]
 # What is not flat is sampled at this share of its object's diagonal, and thinned to cells of it,
 # so that a grid of 1/64 of the diagonal has no hole where there is surface.
 REST_SPACING_SHARE = 1 / 128
+# Facts are made of this many faces at most (facts/most_faces.py), and an object has one or more.
+MOST_OBJECTS = 2_000
+# A solid's triangles share corners. Where more than this share of a surface shares none, it is no
+# surface of solids, and what lies behind it is not known to be inside.
+MOST_LONE = 0.5
 # Sheets of a single layer have no outer side; pieces of one plane are oriented to the side of this
 # direction, which is not near any axis of a model.
 REFERENCE = np.array([0.5377, 0.6172, 0.5743])
@@ -35,14 +41,16 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
 
     `up` is taken from the mesh where it is not given; where it is known, the floor is an object of
-    its own. Raises InputError for a mesh without area.
+    its own. Raises InputError for a mesh without area, and for one in too many pieces.
     """
-    surface = without_loose_strips(clean_mesh(mesh), mesh.name)
+    surface = without_loose_strips(clean_mesh(mesh))
     samples = sample_triangles(surface.corners, SPACING_SHARE * surface.size)
     upwards = mesh.up if up is None else up
     floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
     bodies = _by_area(surface, find_bodies(surface, floor))
     labels = find_regions(surface, bodies)
+    _check_objects(surface, bodies[labels >= 0])
+    connected, said = _connected(surface)
     count = int(labels.max()) + 1
     # the sides of triangles in no region are determined by their sheets
     pieces = np.where(labels >= 0, labels, count + surface.sheets)
@@ -68,8 +76,30 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         replace(rest, points=rest.points + surface.centre),
         up=upwards,
         metric=metric,
-        whole=True,
-        warnings=(*mesh.warnings, *surface.warnings),
+        whole=connected,
+        warnings=(*mesh.warnings, *surface.warnings, *said),
+    )
+
+
+def _check_objects(surface: Surface, bodies: Indices) -> None:
+    """Nothing; raises InputError if there are too many objects, those of the triangles in faces."""
+    count = len(np.unique(bodies))
+    if count > MOST_OBJECTS:
+        raise InputError(
+            f"{surface.name}: falls into {count:,} objects, at most {MOST_OBJECTS:,} are judged: "
+            f"{MEND}, or leave out those that do not matter"
+        )
+
+
+def _connected(surface: Surface) -> tuple[bool, tuple[str, ...]]:
+    """Whether triangles make a surface together, with a warning if not."""
+    lone = surface.lone
+    share = float(surface.areas[lone].sum() / surface.areas.sum())
+    if len(lone) == 1 or share <= MOST_LONE:
+        return True, ()
+    return False, (
+        f"{int(lone.sum()):,} of {len(lone):,} triangles, {share:.1%} of the surface, share no "
+        f"corner with another, and enclose nothing: {MEND}",
     )
 
 

@@ -67,6 +67,9 @@ def find_sides(
     trusted = np.ones(count, dtype=bool)
     np.logical_and.at(trusted, pieces, surface.closed)
     for own in by_group(bodies):
+        if len(own) == 1:  # nothing stands before or behind a triangle by itself
+            back[pieces[own]] = 1.0
+            continue
         names, local = np.unique(pieces[own], return_inverse=True)
         one_closed = trusted[names].all() and len(np.unique(surface.sheets[own])) == 1
         if not one_closed:  # a single closed sheet hides nothing of itself

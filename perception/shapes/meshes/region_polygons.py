@@ -116,11 +116,15 @@ def _coplanar(surface: Surface, fits: Fits, owner: Indices) -> Indices:
     # offsets about the middle of all, where the tilt matters least
     offsets = (fits.normals * fits.middles).sum(axis=1)
     flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * surface.size)
+    # owners lie further apart than what is in one plane
     place = np.column_stack(
-        [fits.normals[flat] / COPLANAR, offsets[flat] / (COPLANAR_SHARE * surface.size)]
+        [
+            fits.normals[flat] / COPLANAR,
+            offsets[flat] / (COPLANAR_SHARE * surface.size),
+            2.0 * owner[flat],
+        ]
     )
     near = flat[cKDTree(place).query_pairs(1.0, output_type="ndarray")]
-    near = near[owner[near[:, 0]] == owner[near[:, 1]]]
     return joined(len(offsets), near)[1]
 
 

@@ -79,6 +79,26 @@ def test_a_gate_of_which_up_is_not_known_has_none_but_a_frame_has() -> None:
     assert not rows["opening_heights"]
 
 
+@pytest.mark.parametrize(
+    ("boxes", "known"),
+    [((*POSTS, LINTEL), False), ((*POSTS, LINTEL, SILL), True), ((LINTEL,), True)],
+    ids=["gate", "frame", "beam"],
+)
+def test_the_ground_may_close_more_while_up_is_not_known(
+    boxes: tuple[Box, ...], known: bool
+) -> None:
+    for turn in (Rotation.identity(), Rotation.from_euler("xyz", [70.0, 10.0, 33.0], degrees=True)):
+        rows = facts(of_boxes(*boxes, turned=turn.as_matrix(), up=False))
+        assert bool(rows["openings_known"]) == known
+
+
+@pytest.mark.parametrize("name", ["cuboid", "wedge", "pyramid"])
+def test_of_a_convex_solid_none_are_open_even_while_up_is_not_known(name: str) -> None:
+    rows = facts(replace(build(name, {}), up=None))
+    assert rows["openings_known"]
+    assert not rows["opening"]
+
+
 MIDDLE: Box = ((POST, 0.0, 0.9), (WIDTH - POST, DEPTH, 1.1))
 
 

@@ -55,9 +55,18 @@ def convert_command(
 
 
 def _write_scene(scene: "Scene", path: Path) -> None:
-    from facetlog.perception.surfaces.scene_file import write_scene
+    from facetlog.perception.facts.most_faces import MOST_FACES
+    from facetlog.perception.surfaces.scene_checks import scene_faults
+    from facetlog.perception.surfaces.scene_file import SceneFileError, write_scene
 
+    if faults := tuple(scene_faults(scene)):  # it could not be read again
+        raise SceneFileError(f"{path} is not written: the scene", faults)
     write_scene(scene, path)
+    if len(scene.faces) > MOST_FACES:
+        warn(
+            f"{path}: has {len(scene.faces):,} faces: it can be shown, but of at most "
+            f"{MOST_FACES:,} facts are made, so it is not judged: leave out what does not matter"
+        )
 
 
 def _write_mesh(scene: "Scene", path: Path) -> None:

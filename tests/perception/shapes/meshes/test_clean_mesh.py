@@ -96,3 +96,27 @@ def test_samples_stand_for_the_whole_area_and_lie_close(seed: int, spacing: floa
         own = samples.points[samples.triangles == nth]
         gaps = np.linalg.norm(places[nth][:, None] - own, axis=2).min(axis=1)
         assert gaps.max() <= spacing
+
+
+def slivers(count: int, width: float) -> trimesh.Trimesh:
+    """Triangles 2 cm long, side by side 1 mm apart, that share no corner."""
+    start = np.column_stack([np.zeros(count), np.arange(count) * 1e-3, np.zeros(count)])
+    one = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.01, width, 0.0]])
+    corners = (start[:, None] + one).reshape(-1, 3)
+    return trimesh.Trimesh(corners, np.arange(3 * count).reshape(-1, 3), process=False)
+
+
+def test_of_slivers_that_are_left_out_it_says_how_many_and_what_share_they_are() -> None:
+    def warnings(scale: float) -> tuple[str, ...]:
+        both = trimesh.util.concatenate([block().apply_scale(scale), slivers(400, 3e-7)])
+        return clean_mesh(Mesh.of(both.vertices, both.faces)).warnings
+
+    (said,) = warnings(5e-4)
+    assert said.startswith("400 of 448 triangles, 17.9% of the surface, are narrower than")
+    assert warnings(5e-2) == ()  # they are nothing beside the rest
+
+
+def test_a_mesh_of_which_most_is_too_narrow_is_refused_with_what_to_do() -> None:
+    rain = slivers(20, 1e-9)
+    with pytest.raises(InputError, match=r"^rain.ply: 20 of 20 .* 100.0% .*, remesh it, or give"):
+        clean_mesh(Mesh.of(rain.vertices, rain.faces, name="rain.ply"))

@@ -6,13 +6,16 @@ import trimesh
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from facetlog.errors import InputError
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.facts.most_faces import MOST_FACES
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import MOST_OBJECTS, scene_of_mesh
 from facetlog.perception.surfaces.contacts import side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
 from facetlog.perception.types import FloatArray
 
 UP = (0.0, 0.0, 1.0)
@@ -234,3 +237,34 @@ def test_facts_of_every_mesh_can_be_stated(made: str) -> None:
         block.apply_scale(1e9)
     facts = scene_facts(scene_of(block))
     assert sum(fact.functor == "face" for fact in facts) == (0 if made == "ball" else 6)
+
+
+def slivers_on_a_box(count: int, size: float, seed: int = 0) -> Mesh:
+    """Triangles 2 cm long and 0.1 mm wide in the sides of a box; no two share a corner."""
+    rng = np.random.default_rng(seed)
+    box = trimesh.creation.box((size, 0.7 * size, 0.5 * size))
+    points, sides = trimesh.sample.sample_surface(box, count, seed=seed)
+    normals = box.face_normals[sides]
+    along = np.cross(normals, rng.normal(size=(count, 3)))
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    tips = points + 0.01 * along + 1e-4 * np.cross(normals, along)
+    corners = np.stack([points, points + 0.02 * along, tips], axis=1).reshape(-1, 3)
+    return Mesh.of(corners, np.arange(3 * count).reshape(-1, 3), name="slivers.ply")
+
+
+def test_the_scene_of_loose_slivers_can_be_read_and_says_that_they_enclose_nothing() -> None:
+    # of this one two faces would have holes across their outlines
+    scene = scene_of_mesh(slivers_on_a_box(400, 0.08), up=(0, 0, 1), metric=True)
+    assert any(face.holes for face in scene.faces)
+    assert len(scene_from_json(scene_to_json(scene)).faces) == len(scene.faces)
+    assert not any(body.whole for body in scene.bodies)
+    (said,) = scene.warnings
+    assert said.startswith("400 of 400 triangles, 100.0% of the surface, share no corner")
+
+
+def test_more_loose_objects_than_are_judged_are_refused() -> None:
+    with pytest.raises(
+        InputError, match=r"^slivers.ply: falls into 2,\d{3} objects, at most 2,000"
+    ):
+        scene_of_mesh(slivers_on_a_box(2_200, 4.0))
+    assert MOST_OBJECTS == MOST_FACES
