@@ -32,6 +32,8 @@ GRAZING_DEG = 75.0
 # What nobody looked at from within this is worth another look; half a right angle sees both faces
 # of an edge.
 NEAR_DEG = 45.0
+# Of unseen space less than this share is none that would show, as it is said.
+LEAST_SHOWN = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +117,9 @@ def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterat
     if best is None:
         return
     towards, share = best
+    if share < LEAST_SHOWN:
+        yield _seen_from_within(sight, about)
+        return
     if any(found.direction and _is_near(found.direction, towards) for found in said):
         return
     why = f"there is space round {about.name} that nobody looked into"
@@ -132,6 +137,18 @@ def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterat
         yield Unseen(why, go, space=True)
     else:
         yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at, space=True)
+
+
+def _seen_from_within(sight: Sight, about: Looked) -> Unseen:
+    """Why unseen space shows from nowhere: surface goes all round it."""
+    points = np.array(sight.points)
+    places = np.array([seer.at for seer in about.seers]).reshape(-1, 3)
+    within = (places > points.min(axis=0)) & (places < points.max(axis=0))
+    if not within.all(axis=1).any():
+        return Unseen(f"the unseen space in {about.name} shows from nowhere outside", space=True)
+    why = f"{about.name} goes all round a place that it was seen from"
+    go = "look at it from outside, or put right where it was seen from, if it was from outside"
+    return Unseen(why, go, space=True)
 
 
 def _is_near(direction: Point, other: Point) -> bool:

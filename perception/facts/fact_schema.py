@@ -439,7 +439,7 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _ANY,
         "of the unseen space round it so much would show to who looks at it from the direction "
         "X, Y, Z, one of those of its sides; not from below, where up is known",
-        "nothing of it would, or no space round it is unseen",
+        "no space round it is unseen",
         on_demand=True,
     ),
     _kind(

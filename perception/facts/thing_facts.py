@@ -261,11 +261,9 @@ def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
         for axis, sense in product(range(3), (1, -1)):
             if upright and (axis, sense) == (2, -1):
                 continue  # nobody looks from below
-            share = space.would_show(axis, sense)
-            if share > 0.0:
-                x, y, z = (sense * space.axes[axis]).tolist()
-                row = (s.thing_names[index], x, y, z, share)
-                rows.add_rows("unseen_towards", thing.scene, [row])
+            x, y, z = (sense * space.axes[axis]).tolist()
+            row = (s.thing_names[index], x, y, z, space.would_show(axis, sense))
+            rows.add_rows("unseen_towards", thing.scene, [row])
 
 
 def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:

@@ -12,6 +12,7 @@ from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.scene import SightLines
 from facetlog.perception.space.carving import places_through
+from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.space.flooding import enclosed, missed_cells
 from facetlog.perception.space.grid import CELLS, Cells, Lattice
 from facetlog.perception.space.space import Space, State
@@ -101,12 +102,15 @@ def thing_space(
         _right_before(lattice, points, facing)
         | (places_through(lattice, sights, touched) >= places)
     )
-    full = touched | _without_free(within & ~touched, free)
+    blind = _empty_round_an_eye(lattice, within & ~touched, surface.outer, sights)
+    free &= ~blind
+    full = touched | _without_free(within & ~touched & ~blind, free)
     shown = _shown_sides(facing)
     free &= ~full
     sure = _wide(free) if places > 1 else free
     looked = _looked_at(lattice, sights) if places > 1 else ()
     cells = _with_assumed(full, free, sure, shown, looked)
+    cells[blind] = State.UNSEEN
     # One sees past an edge: it hides nothing, and what lies between two is not enclosed.
     cells[_along(lattice, surface.lines)] = State.FULL
     return Space(lattice, cells, closed)
@@ -168,6 +172,27 @@ def _without_free(within: Cells, free: Cells) -> Cells:
     kept = opened <= FREE_SHARE * sizes
     kept[0] = False
     return np.asarray(kept[rooms], dtype=np.bool_)
+
+
+def _empty_round_an_eye(
+    lattice: Lattice, within: Cells, outer: FloatArray, sights: Sequence[SightLines]
+) -> Cells:
+    """Of cells that are enclosed those of rooms in which something sees nothing but their walls, of
+    which `outer` (k, 3) are points: it does not know whether that is a thing, nor what is outside.
+    """
+    from scipy import ndimage  # loaded only now: what has no space does without
+
+    blind = np.zeros_like(within)
+    eyes = np.array([lines.origin for lines in sights]).reshape(-1, 3)
+    numbers = lattice.numbers(lattice.local(eyes))
+    inside = np.flatnonzero((numbers >= 0) & within.ravel()[numbers])
+    if not len(inside):
+        return blind
+    rooms, _ = ndimage.label(within)
+    for nth in inside.tolist():
+        if is_empty_shell(outer, sights[nth].ends, eyes[nth]):
+            blind |= rooms == rooms.ravel()[numbers[nth]]
+    return blind
 
 
 def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:

@@ -17,6 +17,7 @@ from facetlog.perception.shapes.clouds.cloud_planes import (
 )
 from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_side
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces
+from facetlog.perception.shapes.clouds.sensor_within import things_round_a_sensor
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.point_bodies import cluster_bodies, is_scatter, majority
 from facetlog.perception.shapes.regions.up_direction import (
@@ -35,6 +36,11 @@ MOST_LOOKED_AT = 20_000
 MOST_REST = 5_000
 # A face within 20 degrees of level is one for what stands on it (cosine).
 LEVEL_ENOUGH = float(np.cos(np.deg2rad(20.0)))
+
+SENSOR_WITHIN = (
+    "the place that the points were seen from is inside a thing, whose outside cannot be seen from "
+    "there: give --sensor X,Y,Z where the scanner stood, or scan it from outside"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,15 +82,29 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         None if cloud.seen_from is None else cloud.seen_from[looked],
     )
     direction = None if level is None else level.direction
+    about, round_sensor = _seen_from_outside(about, direction)
     regions = _regions(outlines, found, about, body_of, floor, direction)
-    whole = not floor and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
+    whole = not floor and not round_sensor
+    whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
-    return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
+    warnings = (*cloud.warnings, *said, *((SENSOR_WITHIN,) if round_sensor else ()))
+    return CloudRegions(regions, rest, direction, whole, warnings)
+
+
+def _seen_from_outside(about: Surroundings, up: FloatArray | None) -> tuple[Surroundings, bool]:
+    """Of things that go round a sensor it is not known from where they were seen; whether there
+    is one.
+    """
+    found = things_round_a_sensor(about.points, about.bodies, about.seen_from, up)
+    if about.seen_from is None or not found:
+        return about, False
+    seen_from = np.where(np.isin(about.bodies, found)[:, None], np.nan, about.seen_from)
+    return replace(about, seen_from=seen_from), True
 
 
 def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing: float) -> bool:

@@ -214,3 +214,14 @@ def test_who_asks_why_not_is_told_which_part_and_from_where(facts_of) -> None:  
     assert list(miss.unseen) == list(verdict.unseen)
     data = verdict.to_json()["unseen"][0]
     assert set(data) == {"why", "look", "direction", "place"}
+
+
+def test_where_it_goes_all_round_who_looks_it_is_to_be_looked_at_from_outside() -> None:
+    shut = (((1.0, 0.0, 0.0), 0.001),)
+    within = Place("scan1", "", (0.2, 0.1, 0.3), None)
+    found = told(replace(sight(within, normals=ROUND), opening=shut))[-1]
+    assert found.why == "t1 goes all round a place that it was seen from"
+    assert found.look.startswith("look at it from outside")
+    (other,) = told(replace(sight(normals=ROUND), opening=shut))
+    assert other.why == "the unseen space in t1 shows from nowhere outside"
+    assert not other.look
