@@ -110,7 +110,8 @@ def report(outcomes: Sequence[Outcome], seeds: range) -> Report:
             "by is in these standard deviations.",
             "nearest: of the robot's rim to the plan of a thing; touched: rooms in which its body "
             "met anything, or its mast came beneath a top.",
-            "Rooms 0 to 2, 4, 8 to 10, 13, 14, 17 and 21 were looked at while it was made, others were not.",
+            "Rooms 0 to 2, 4, 8 to 10, 13, 14, 17 and 21 were looked at while it was made, others "
+            "were not.",
         ),
     )
 

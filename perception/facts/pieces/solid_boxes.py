@@ -125,7 +125,9 @@ def plan_overlap(boxes: Sequence[SolidBox], up: FloatArray) -> FloatArray:
     share = np.zeros((len(boxes), len(boxes)))
     one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
     over = shapely.area(shapely.intersection(plans[one], plans[other]))
-    share[one, other] = over / np.minimum(areas[one], areas[other])
+    least = np.minimum(areas[one], areas[other])
+    # Very far from the origin a plan may have no area left in numbers.
+    share[one, other] = np.divide(over, least, out=np.zeros(len(over)), where=least > 0.0)
     return share
 
 
