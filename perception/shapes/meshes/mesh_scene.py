@@ -19,7 +19,12 @@ from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, f
 from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
-from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
+from facetlog.perception.shapes.regions.surface_samples import (
+    Samples,
+    sample_count,
+    sample_triangles,
+    thinned,
+)
 from facetlog.perception.types import FloatArray
 
 __all__ = ["scene_of_mesh"]
@@ -27,6 +32,8 @@ __all__ = ["scene_of_mesh"]
 # What is not flat is sampled at this share of its object's diagonal, and thinned to cells of it,
 # so that a grid of 1/64 of the diagonal has no hole where there is surface.
 REST_SPACING_SHARE = 1 / 128
+# Each takes 80 bytes while it is made: 3 GB. Files hold half as many triangles at most.
+MOST_SAMPLES = 40_000_000
 # Facts are made of this many faces at most (facts/most_faces.py), and an object has one or more.
 MOST_OBJECTS = 2_000
 # A solid's triangles share corners. Where more than this share of a surface shares none, it is no
@@ -44,7 +51,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     its own. Raises InputError for a mesh without area, and for one in too many pieces.
     """
     surface = without_loose_strips(clean_mesh(mesh))
-    samples = sample_triangles(surface.corners, SPACING_SHARE * surface.size)
+    samples = _samples(surface)
     upwards = mesh.up if up is None else up
     floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
     bodies = _by_area(surface, find_bodies(surface, floor))
@@ -79,6 +86,17 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         whole=connected,
         warnings=(*mesh.warnings, *surface.warnings, *said),
     )
+
+
+def _samples(surface: Surface) -> Samples:
+    """Those of the whole; InputError where long thin triangles have too many."""
+    spacing = SPACING_SHARE * surface.size
+    if sample_count(surface.corners, spacing) > MOST_SAMPLES:
+        raise InputError(
+            f"{surface.name}: its {len(surface.triangles):,} triangles are too long and thin to be "
+            f"looked at each: {MEND}"
+        )
+    return sample_triangles(surface.corners, spacing)
 
 
 def _check_objects(surface: Surface, bodies: Indices) -> None:

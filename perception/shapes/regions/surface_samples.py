@@ -8,7 +8,7 @@ from facetlog.perception.flat_faces import cross
 from facetlog.perception.grouped import Indices, group_sums
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Samples", "cells_of", "sample_triangles", "thinned"]
+__all__ = ["Samples", "cells_of", "sample_count", "sample_triangles", "thinned"]
 
 # A cell number is packed of three numbers of so many bits.
 CELL_BITS = 20
@@ -35,17 +35,9 @@ def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
     """
     if not len(corners):
         return Samples(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
-    sides = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
-    squares = np.array([np.einsum("ij,ij->i", side, side) for side in sides])
-    longest = squares.argmax(axis=0)
+    longest, double, columns, rows = _laid_out(corners, spacing)
     every = np.arange(len(corners))
     a, b, c = (corners[every, (longest + k) % 3] for k in range(3))
-    span = np.sqrt(squares[longest, every])
-    normal = cross(sides[0], sides[1])
-    double = np.sqrt(np.einsum("ij,ij->i", normal, normal))
-    height = double / np.maximum(span, 1e-300)
-    columns = np.maximum(np.ceil(span / spacing), 1.0).astype(np.int64)
-    rows = np.maximum(np.ceil(height / (ROW_SHARE * spacing)), 1.0).astype(np.int64)
     counts = columns * rows
     owner = np.repeat(every, counts)
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -54,6 +46,28 @@ def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
     points = (1.0 - v) * (a[owner] + u * (b - a)[owner]) + v * c[owner]
     areas = (double / counts)[owner] * (1.0 - v[:, 0] - 0.5 / rows[owner])
     return Samples(points, areas, owner)
+
+
+def sample_count(corners: FloatArray, spacing: float) -> int:
+    """How many samples `sample_triangles` would give."""
+    _, _, columns, rows = _laid_out(corners, spacing)
+    return int((columns * rows).sum())
+
+
+def _laid_out(corners: FloatArray, spacing: float) -> tuple[Indices, FloatArray, Indices, Indices]:
+    """Of each triangle which side is the longest, twice its area, and how many samples it has along
+    that side and across.
+    """
+    sides = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
+    squares = np.array([np.einsum("ij,ij->i", side, side) for side in sides])
+    longest = squares.argmax(axis=0)
+    span = np.sqrt(squares[longest, np.arange(len(corners))])
+    normal = cross(sides[0], sides[1])
+    double = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    height = double / np.maximum(span, 1e-300)
+    columns = np.maximum(np.ceil(span / spacing), 1.0).astype(np.int64)
+    rows = np.maximum(np.ceil(height / (ROW_SHARE * spacing)), 1.0).astype(np.int64)
+    return longest, double, columns, rows
 
 
 def cells_of(points: FloatArray, low: FloatArray, cell: float) -> Indices:

@@ -7,6 +7,7 @@ import trimesh
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
+from facetlog.perception.shapes.meshes import mesh_scene
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
 from facetlog.perception.shapes.meshes.loose_strips import MANY_PARTS, without_loose_strips
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
@@ -66,3 +67,16 @@ def test_triangles_too_narrow_to_count_are_named_where_they_are_much_of_the_surf
     (line,) = narrow.warnings
     assert line.startswith("100,000 of 100,012 triangles, ")
     assert not clean_mesh(_among_slivers(100, 1e-6)).warnings
+
+
+def test_more_long_thin_triangles_than_can_be_looked_at_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    angles = np.linspace(0.0, 1.0, 3_000)
+    rim = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    fan = [[0, k, k + 1] for k in range(1, len(rim))]
+    mesh = Mesh.of(np.vstack([np.zeros(3), rim]), fan, name="fan.ply")
+    assert _scene(mesh).faces
+    monkeypatch.setattr(mesh_scene, "MOST_SAMPLES", 100_000)
+    with pytest.raises(InputError, match=r"fan.ply: its 2,999 triangles are too long and thin"):
+        _scene(mesh)
