@@ -16,7 +16,7 @@ from facetlog.kb.explaining.verdict_text import (
     summary_line,
     verdict_lines,
 )
-from facetlog.kb.explaining.wording import LOOKING_SETTLES_NOT
+from facetlog.kb.explaining.wording import CAUSES, LOOKING_SETTLES_NOT
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
@@ -171,6 +171,15 @@ class Verdict:
             return False
         of_none = self.state is State.UNKNOWN and not self.conditions
         return of_none or any(c.may_be_settled for c in self.conditions)
+
+    @property
+    def lacking(self) -> frozenset[str]:
+        """Of what whoever gives the scene can state, "up" and "scale", that which leaves conditions
+        open."""
+        found = (reason(c.proof) for c in self.conditions_that(State.UNKNOWN))
+        notes = (step.step.detail for step in found if step is not None)
+        causes = {note.cause for note in notes if isinstance(note, Note)}
+        return frozenset(what for what in ("up", "scale") if CAUSES[what] in causes)
 
     @property
     def unseen_roles(self) -> tuple[str, ...]:

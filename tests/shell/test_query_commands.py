@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -49,6 +50,52 @@ def test_a_mesh_is_asked_like_a_scene(tmp_path: Path, capsys: pytest.CaptureFixt
     assert capsys.readouterr().out == "yes\n"
     assert main(["why", str(tmp_path / "a.stl"), "box"]) == 0
     assert "box" in capsys.readouterr().out
+
+
+def test_up_and_unit_of_a_mesh_are_stated_where_it_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = str(tmp_path / "t.stl")
+    legs = [((x, y, 0.0), (x + 5.0, y + 5.0, 70.0)) for x in (0.0, 115.0) for y in (0.0, 75.0)]
+    boxes = [*legs, ((0.0, 0.0, 70.0), (120.0, 80.0, 73.0))]
+    made = [trimesh.creation.box(bounds=bounds) for bounds in boxes]
+    trimesh.util.concatenate(made).export(mesh)
+    assert main(["why", mesh, "table"]) == 1
+    out, err = capsys.readouterr()
+    assert "table is unknown" in out
+    assert "--up z (or another axis) says which way is up\n" in err
+    assert main(["why", mesh, "table", "--up", "z", "--unit", "cm"]) == 0
+    out, err = capsys.readouterr()
+    assert "length 1.2 m" in out
+    assert "--up" not in err
+    assert main(["why", mesh, "box", "--up", "z"]) == 1
+    assert f"facetlog why-not --up=z {mesh} box shows" in capsys.readouterr().err
+    assert main(["why-not", "--up=z", mesh, "box", "--count", "1"]) == 0
+    assert main(["query", mesh, "piece_on_ground(P)"]) == 1
+    assert main(["query", mesh, "--up", "z", "piece_on_ground(P)"]) == 0
+    assert main(["query", mesh, "--up", "w", "face(F)"]) == 2
+    assert "--up 'w': use one of" in capsys.readouterr().err
+
+
+def test_of_a_scene_the_up_is_stated_and_its_facts_are_others(
+    scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elevation = "elevation(f1, H, _)"
+    for up, code in (("auto", 0), ("none", 1), ("auto", 0)):
+        assert main(["query", scene, "--up", up, elevation]) == code
+    capsys.readouterr()
+    assert main(["why", scene, "box", "--sensor", "1,1,1"]) == 0
+    assert "--sensor does not count" in capsys.readouterr().err
+
+
+def test_what_is_wrong_with_a_mesh_is_said_where_it_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    apart = np.arange(6.0)[:, None, None] + np.eye(3)[None]
+    rain = trimesh.Trimesh(apart.reshape(-1, 3), np.arange(18).reshape(-1, 3), process=False)
+    rain.export(tmp_path / "rain.ply")
+    main(["why", str(tmp_path / "rain.ply"), "box"])
+    assert "rain.ply: 6 of 6 triangles, 100.0% of the surface" in capsys.readouterr().err
 
 
 def test_a_time_limit_is_kept(scene: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.page_file import Html, write_page
+from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, as_given, options_given
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
 from facetlog.page.page_path import check_page
@@ -38,6 +39,12 @@ Thing = Annotated[
     str | None, typer.Option("--thing", metavar="T", help="Only this thing of the scene.")
 ]
 
+_STATED_BY = {
+    "up": "--up z (or another axis) says which way is up",
+    "scale": "--unit m (or cm, mm, in, ft) says of which unit lengths are",
+}
+"""How to state what conditions lack, by what the rules call it."""
+
 
 @command
 def why_command(
@@ -54,6 +61,9 @@ def why_command(
         typer.Option("--full", help="The whole proof, and where each face comes from, to pixels."),
     ] = False,
     html: Html = None,
+    up: Up = AUTO,
+    unit: Unit = NONE,
+    sensor: Sensor = NONE,
 ) -> int:
     """Says why a model holds, or where a face, a piece or a fact comes from.
 
@@ -72,6 +82,7 @@ def why_command(
 
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
+        stated=(up, unit, sensor),
         trust=trust,
         raw=raw,
         as_json=as_json,
@@ -92,6 +103,9 @@ def why_not_command(
     ] = 5,
     full: Annotated[bool, typer.Option("--full", help="The whole proof of each.")] = False,
     html: Html = None,
+    up: Up = AUTO,
+    unit: Unit = NONE,
+    sensor: Sensor = NONE,
 ) -> int:
     """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
     from facetlog.query_shell.explaining import unknown_subject, why_not
@@ -105,7 +119,10 @@ def why_not_command(
         return why_not(session, name, about, count=count, full=full)
 
     return _explained(
-        explain, scene, model, parts, thing, models, html, trust=trust, as_json=as_json
+        *(explain, scene, model, parts, thing, models, html),
+        stated=(up, unit, sensor),
+        trust=trust,
+        as_json=as_json,
     )
 
 
@@ -118,6 +135,7 @@ def _explained(
     models: list[Path] | None,
     html: Path | None,
     *,
+    stated: tuple[str, str, str],
     trust: bool,
     raw: bool = False,
     as_json: bool,
@@ -128,7 +146,7 @@ def _explained(
     about = About(model, thing, parts_given(parts or ()))
     if html is not None:
         check_page(html)
-    with Session(trust=trust, raw=raw) as session:
+    with Session(trust=trust, raw=raw, options=options_given(*stated)) as session:
         session.load_models(models or ())
         (file,) = session.load_scenes([scene])
         explanation = explain(session, file.name, about)
@@ -137,8 +155,12 @@ def _explained(
         elif html is not None:
             note(f"no verdict is about this: {html} was not written")
     typer.echo(explanation.json if as_json else "\n".join(explanation.lines))
+    if not as_json:
+        lacking = {what for verdict in explanation.verdicts for what in verdict.lacking}
+        for what in sorted(lacking & _STATED_BY.keys()):
+            note(_STATED_BY[what])
     if explanation.hint and not as_json:
-        note(f"facetlog why-not {quote(str(scene))} {explanation.hint}")
+        note(f"facetlog why-not {as_given(*stated)}{quote(str(scene))} {explanation.hint}")
     if explanation.cut and not as_json:
         note("--full shows all of it")
     return YES if explanation.yes else NO

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from facetlog.commands.page_file import Html, answers_to, write_page
+from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, options_given
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
 from facetlog.page.page_path import check_page
@@ -38,6 +39,9 @@ def query_command(
         float | None, typer.Option("--timeout", metavar="SECONDS", help="At most so long a goal.")
     ] = None,
     html: Html = None,
+    up: Up = AUTO,
+    unit: Unit = NONE,
+    sensor: Sensor = NONE,
 ) -> int:
     """Asks scenes. Without a goal: a prompt, or goals from standard input.
 
@@ -65,7 +69,8 @@ def query_command(
         if goal is None or len(paths) != 1 or len(list(split_goals(goal))) != 1:
             raise InputError("--html is of one scene and one goal: give both")
     limits = Limits() if timeout is None else Limits(seconds=timeout)
-    with Session(trust=trust, limits=limits) as session:
+    options = options_given(up, unit, sensor)
+    with Session(trust=trust, limits=limits, options=options) as session:
         session.load_models(models or ())
         session.load_scenes(paths)
         shell = Shell(session, Screen(), limit, as_json=as_json)

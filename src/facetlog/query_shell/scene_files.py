@@ -1,6 +1,6 @@
 """Scene files: which of the arguments they are, what they are called, and their facts.
 
-Meshes and clouds are scenes as well, with up and unit as they are known without being told.
+Meshes and clouds are scenes as well, with up and unit as they are stated, or known without that.
 """
 
 import hashlib
@@ -16,9 +16,11 @@ from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
 from facetlog.pictures_hint import hint_of_pictures
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
+from facetlog.terminal import warn
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
+    from facetlog.perception.shapes.shape_options import ShapeOptions
 
 __all__ = [
     "SCENE_FILE",
@@ -38,13 +40,15 @@ class SceneFile:
     """A scene file as it was when it was read: `name` is what the knowledge base calls the scene.
 
     `key` says what its facts are made from and by what. A mesh or a cloud has neither `data` nor
-    key: it is read when its facts are asked for, and files beside it may be part of it.
+    key: it is read when its facts are asked for, and files beside it may be part of it. `options`
+    state what the file does not say of up, unit and sensor, or None.
     """
 
     path: Path
     name: str
     data: bytes | None
     key: str | None
+    options: "ShapeOptions | None" = None
 
     def facts(self) -> Iterator[Fact]:
         """The scene's facts, worked out when the first is asked for.
@@ -53,7 +57,11 @@ class SceneFile:
         """
         from facetlog.perception.facts.all_facts import fact_rows
 
-        rows = fact_rows(self.scene())
+        scene = self.scene()
+        if self.data is None:
+            for line in scene.warnings:
+                warn(f"{self.path.name}: {line}")
+        rows = fact_rows(scene)
         for functor in tuple(rows):  # in the order of scene_facts
             found = rows.pop(functor)
             # Handed over is let go: of many faces the rest needs the room.
@@ -75,22 +83,27 @@ class SceneFile:
 
         if self.data is not None:
             scene = scene_from_json(self.data, str(self.path))
+            if self.options is not None:
+                from facetlog.perception.shapes.read_shape import stated
+
+                scene = stated(scene, self.options)
         else:
             from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
-            scene = read_shape(self.path, ShapeOptions(find_floor=True))
+            scene = read_shape(self.path, self.options or ShapeOptions(find_floor=True))
         check_face_count(scene, self.path)
         return scene
 
 
-def scene_file(path: Path) -> SceneFile:
-    """The scene file at a path, or in the folder there, under its own name; or a mesh or a cloud.
+def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
+    """The scene file at a path, or in the folder there, under its own name; or a mesh or a cloud,
+    with the up, unit and sensor that `options` state.
 
     Raises InputError if there is none. What it holds is checked when its facts are asked for.
     """
     inside = path / SCENE_FILE if path.is_dir() else path
     if is_raw_shape(path):
-        return SceneFile(path, path.stem or path.resolve().name, None, None)
+        return SceneFile(path, path.stem or path.resolve().name, None, None, options)
     if path.suffix not in ("", SUFFIX) and (hint := hint_of_pictures(path)):
         raise InputError(f"{path} holds no scene{hint}")
     try:
@@ -104,12 +117,14 @@ def scene_file(path: Path) -> SceneFile:
         ) from None
     except OSError as exc:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
+    if options is not None and options.sensor is not None:
+        warn(f"{path}: a scene says from where it was seen itself; --sensor does not count")
     # Loaded only now: a shell without scenes does without.
     from facetlog.perception.facts.facts_code import facts_code_hash
 
-    made_by = f"{__version__} {facts_code_hash()}"
+    made_by = f"{__version__} {facts_code_hash()} {options or ''}"
     key = hashlib.sha256(data + made_by.encode()).hexdigest()
-    return SceneFile(inside, _own_name(data) or inside.stem, data, key)
+    return SceneFile(inside, _own_name(data) or inside.stem, data, key, options)
 
 
 def is_raw_shape(path: Path) -> bool:

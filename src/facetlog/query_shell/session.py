@@ -1,8 +1,9 @@
 """A session: the knowledge base with the scenes and models that a user has loaded."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from facetlog.errors import InputError, RuleSyntaxError
 from facetlog.kb.calibration import Calibration
@@ -17,6 +18,9 @@ from facetlog.query_shell.model_files import Stamp, stamp_of
 from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, scene_file, with_distinct_names
 from facetlog.terminal import error_lines
 
+if TYPE_CHECKING:
+    from facetlog.perception.shapes.shape_options import ShapeOptions
+
 __all__ = ["Session"]
 
 Stamps: TypeAlias = dict[Path, Stamp | None]
@@ -27,12 +31,19 @@ class Session(Closing):
     """The knowledge base, the files that it was loaded from, and which scenes are asked.
 
     Models of users are evaluated in a process of its own, unless `trust` says that they are the
-    user's. With `raw` verdicts have no confidence. A context manager.
+    user's. With `raw` verdicts have no confidence. `options` state up, unit and sensor of all files
+    of scenes. A context manager.
     """
 
     def __init__(
-        self, *, trust: bool = False, limits: Limits | None = None, raw: bool = False
+        self,
+        *,
+        trust: bool = False,
+        limits: Limits | None = None,
+        raw: bool = False,
+        options: "ShapeOptions | None" = None,
     ) -> None:
+        self._options = options
         self.trust = trust
         self.raw = raw
         self.limits = limits or Limits()
@@ -96,12 +107,12 @@ class Session(Closing):
         Raises InputError for what cannot be read; the scenes before it are loaded.
         """
         places = {file.path.resolve(): name for name, file in self._scenes.items()}
-        found = [scene_file(path) for path in paths]
+        found = [scene_file(path, self._options) for path in paths]
         fresh = {f.path.resolve(): f for f in found if f.path.resolve() not in places}
         named = with_distinct_names(tuple(fresh.values()), self._scenes)
         for file in found:
             if (name := places.get(file.path.resolve())) is not None:
-                named += (SceneFile(file.path, name, file.data, file.key),)
+                named += (replace(file, name=name),)
         for file in named:
             self._load(self.base, file)
             self._scenes[file.name] = file

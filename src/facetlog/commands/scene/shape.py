@@ -1,7 +1,8 @@
-"""What `scene show` and `scene convert` read: any shape, and how its up and its unit are known."""
+"""What commands read: any shape, with the up and unit that are stated, and how these are known."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,8 +11,22 @@ from facetlog.terminal import warn
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
+    from facetlog.perception.shapes.shape_options import ShapeOptions
 
-__all__ = ["Scale", "Sensor", "Shape", "ShapeArgument", "Unit", "Up", "read"]
+__all__ = [
+    "AUTO",
+    "NONE",
+    "Scale",
+    "Sensor",
+    "Shape",
+    "ShapeArgument",
+    "Unit",
+    "Up",
+    "as_given",
+    "options_given",
+    "options_of",
+    "read",
+]
 
 ShapeArgument = Annotated[
     Path,
@@ -64,19 +79,11 @@ def read(path: Path, up: str, unit: str, sensor: str, scale: str | None) -> Shap
     Raises InputError for words that are none, and for what cannot be read.
     """
     from facetlog.perception.facts.known_length import KnownLength, with_known_length
-    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
-    from facetlog.perception.shapes.shape_options import (
-        says_itself,
-        sensor_from,
-        unit_from,
-        up_from,
-    )
+    from facetlog.perception.shapes.read_shape import read_stated
+    from facetlog.perception.shapes.shape_options import says_itself
 
-    up, unit = up.lower(), unit.lower()
     known = None if scale is None else KnownLength.parse(scale)
-    options = ShapeOptions(
-        up_from(up), find_floor=up == AUTO, unit=unit_from(unit), sensor=sensor_from(sensor)
-    )
+    options = options_of(up, unit, sensor)
     if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
         path = path / SCENE_IN_FOLDER
     scene = read_stated(path, options)
@@ -93,6 +100,36 @@ def read(path: Path, up: str, unit: str, sensor: str, scale: str | None) -> Shap
         "not known" if scene.up is None else how_up,
         how_unit if scene.metric else "not known",
     )
+
+
+def options_of(up: str, unit: str, sensor: str) -> "ShapeOptions":
+    """What these words of the command line state; InputError for words that are none."""
+    from facetlog.perception.shapes.shape_options import (
+        ShapeOptions,
+        sensor_from,
+        unit_from,
+        up_from,
+    )
+
+    up, unit = up.lower(), unit.lower()
+    return ShapeOptions(
+        up_from(up), find_floor=up == AUTO, unit=unit_from(unit), sensor=sensor_from(sensor)
+    )
+
+
+def options_given(up: str, unit: str, sensor: str) -> "ShapeOptions | None":
+    """The same, or None where none of the words states anything."""
+    return None if (up, unit, sensor) == (AUTO, NONE, NONE) else options_of(up, unit, sensor)
+
+
+def as_given(up: str, unit: str, sensor: str) -> str:
+    """These options as they were given, each with a blank behind it; empty for none.
+
+    >>> as_given("z", "none", "0,-1,2")
+    '--up=z --sensor=0,-1,2 '
+    """
+    given = (("--up", up, AUTO), ("--unit", unit, NONE), ("--sensor", sensor, NONE))
+    return "".join(f"{quote(f'{name}={word}')} " for name, word, none in given if word != none)
 
 
 def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
