@@ -16,6 +16,7 @@ import numpy as np
 from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
+from facetlog.robot.collecting.drawing.map_picture import Floor, Mapped
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.driven_way import DrivenWay
 from facetlog.robot.collecting.keep_out import (
@@ -25,7 +26,6 @@ from facetlog.robot.collecting.keep_out import (
     rings_round_target,
 )
 from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
-from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
 from facetlog.robot.collecting.order import short_order
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops

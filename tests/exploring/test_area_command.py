@@ -16,7 +16,7 @@ from facetlog.mapping.floor_grid import Seen, floor_grid
 from facetlog.mapping.room_map import RoomMap
 from facetlog.mapping.same_thing import merged
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.map_picture import FOUND, Floor, Mapped
+from facetlog.robot.collecting.drawing.map_picture import FOUND, Floor, Mapped
 from facetlog.robot.collecting.record import read_log, read_record
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, read_world

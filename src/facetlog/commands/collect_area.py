@@ -13,7 +13,7 @@ from facetlog.terminal import note, showing_progress, warn
 if TYPE_CHECKING:
     from facetlog.exploring.area import AreaExplorer
     from facetlog.mapping.room_map import RoomMap
-    from facetlog.robot.collecting.map_picture import Found
+    from facetlog.robot.collecting.drawing.map_picture import Found
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.robot.pose2 import Pose2
     from facetlog.view_verdicts import ViewVerdicts
@@ -112,7 +112,7 @@ def recognised_in(room: "RoomMap") -> "list[Found]":
     import numpy as np
     import shapely
 
-    from facetlog.robot.collecting.map_picture import Found
+    from facetlog.robot.collecting.drawing.map_picture import Found
 
     found = []
     for thing in (thing for thing in room.things if thing.model):

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from facetlog.perception.types import Camera, Image
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.map_labels import Box, placed
-from facetlog.robot.collecting.map_picture import (
+from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
+from facetlog.robot.collecting.drawing.map_labels import Box, placed
+from facetlog.robot.collecting.drawing.map_picture import (
     AREA,
     MARGIN_PX,
     RIM,

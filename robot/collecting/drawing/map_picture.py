@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.map_labels import Box, placed
+from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
+from facetlog.robot.collecting.drawing.map_labels import Box, placed
 from facetlog.robot.collecting.record import Taken, write_file
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pose2 import Pose2

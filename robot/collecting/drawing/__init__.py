@@ -1,0 +1,1 @@
+"""The picture of a collection: floor, way, views, and what was recognised."""
