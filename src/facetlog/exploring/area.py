@@ -128,8 +128,8 @@ class AreaExplorer:
         number = 1 + max((view.number for view in taken), default=0)
         ended: dict[int, End] = {}
         while True:
-            kept, at_ = self.kept_off(taken), (around.here.x, around.here.y)
-            ways = self.floor.ways(at_, around.body, kept, around.reach.closed)
+            kept, spot = self.kept_off(taken), (around.here.x, around.here.y)
+            ways = self.floor.ways(spot, around.body, kept, around.reach.closed)
             group = self._active()
             full = len(taken) >= self._most
             if group is None and full:
@@ -137,7 +137,9 @@ class AreaExplorer:
                 return self._finished(why, around, kept, ended)
             if not taken:
                 # Sonars are heard while it moves or stands to take a picture.
-                first = view_on_the_way(around.here, (at_, at_), number, around.reach, "first look")
+                first = view_on_the_way(
+                    around.here, (spot, spot), number, around.reach, "first look"
+                )
                 return self._noted(first, ended)
             group = group or self._next_group(around, ways, kept, number, ENOUGH)
             if group is None:
