@@ -12,6 +12,10 @@ _BY_SPACE = (
     "(`solidity(this)`, `hollow_side(this)`, `free_below(top)`), and `if known:` before what need "
     "not be known"
 )
+_HOW_MUCH = (
+    "say how much: `length(top) at least 40 cm`, or as a share, `width(top) at most 50 % of "
+    "length(top)`"
+)
 _ON_GROUND = "write `leg is on_ground`"
 
 SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
@@ -31,6 +35,28 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "standing": _ON_GROUND,
         "touches": "write `a joins b` of pieces, `a adjoins b` of faces",
         "supports": "write `leg carries top`",
+        "round": "write `curved(top) at least 50 %`",
+        "square": "write `width(top) at least 90 % of length(top)`",
+        "open": "write `hollow_side(this) at least 60 %`, or name a hole: `opening way`",
+        "nothing": "write `there is no piece x where x above top`",
+        "overlaps": "write how much of the smaller: `overlap(top, seat) at least 10 %`",
+        **dict.fromkeys(
+            (
+                "big",
+                "large",
+                "small",
+                "long",
+                "short",
+                "wide",
+                "narrow",
+                "high",
+                "tall",
+                "low",
+                "deep",
+                "thick",
+            ),
+            _HOW_MUCH,
+        ),
         "opening": "name it: `opening way`, and `way in front` for where it is",
     }
 )
@@ -44,15 +70,17 @@ _OF_FACES: Mapping[str, str] = MappingProxyType(
         "joins": f"of faces say `a adjoins b`, or {_NAME_PIECES}",
         "carries": f"of faces say `leg supports top`, or {_NAME_PIECES}",
         "hangs_from": _NAME_PIECES,
-        "beside": _NAME_PIECES,
+        "beside": f"of faces say `overlap(a, b) at most 10 %`, or {_NAME_PIECES}",
         "inside": _NAME_PIECES,
         "thickness": _NAME_PIECES,
+        "touches": "of faces say `a adjoins b`, of pieces `a joins b`",
     }
 )
 _OF_PIECES: Mapping[str, str] = MappingProxyType(
     {
         "adjoins": "of pieces say `a joins b`",
         "supports": "of pieces say `leg carries top`",
+        "touches": "of pieces say `a joins b`",
         "gap": "of pieces say `a joins b`: they touch",
     }
 )
@@ -89,6 +117,46 @@ _WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|l
 # In the order in which they are tried: what says most comes first.
 _PHRASES = (
     _Phrase.of(r"\bstands?\s+on\b.*", _ON_GROUND),
+    _Phrase.of(r"\bparallel\s+to\b.*", "write `parallel(back, front, 10 deg)`"),
+    _Phrase.of(
+        r"\b(?:perpendicular|square|at\s+right\s+angles)\s+to\b.*",
+        "write `angle(back, seat) = 90 deg ± 10 deg`",
+    ),
+    _Phrase.of(r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
+    _Phrase.of(
+        r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",
+        "compare measures: `length(top) at least 120 % of length(seat)`",
+    ),
+    _Phrase.of(r"\bnext\s+to\b.*", "write `left beside right`, or `left joins right`"),
+    _Phrase.of(
+        r"\b(?:attached|connected|fastened|fixed|joined)\s+(?:to|with)\b.*",
+        "write `back joins seat`",
+    ),
+    _Phrase.of(r"\b(?:under|underneath|beneath)\s+\w+", "write `shelf below top`"),
+    _Phrase.of(r"\bis\s+over\s+\w+", "write `back above seat`"),
+    _Phrase.of(r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
+    _Phrase.of(r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),
+    _Phrase.of(
+        r"^(?:(?:all|every)\s+(?:of\s+)?(?:the\s+)?\w+\s+(?:is|are|has|have)"
+        r"|the\s+\w+s\s+are)\b.*",
+        "write `each`, a colon, and the set's name again: `each leg: leg is ...`",
+    ),
+    _Phrase.of(r"\bnothing\s+(?P<where>\w+).*", "write `there is no piece x where x {where} ...`"),
+    _Phrase.of(
+        r"\b(?P<name>\w+)\s+has\s+an?\s+(?:opening|hole)\b.*",
+        "name it: `opening way`, and `way in {name}`",
+    ),
+    _Phrase.of(
+        r"\b(?P<name>\w+)\s+is\s+(?P<size>[\d.]+\s*\w+)\s+(?:wide|long|high|tall|thick|deep)",
+        "write `width({name}) about {size}`, or `length`, `height`, `thickness`",
+    ),
+    _Phrase.of(r"\)\s+is\s+(?P<size>[\d.]+\s*\w*).*", "write `about {size}`"),
+    _Phrase.of(
+        r"^(?:(?:at\s+(?:least|most)|exactly)\s+one|(?:at\s+(?:least|most)\s+|exactly\s+)?"
+        r"(?:two|three|four|five|six|seven|eight|nine|ten))\s+(?P<kind>\w+)\b.*",
+        "write the number in digits: `exactly 4 {kind} ...`",
+    ),
+    _Phrase.of(r"~", "write `about`"),
     _Phrase.of(r">=?", "write `at least`"),
     _Phrase.of(r"<=?", "write `at most`"),
     _Phrase.of(

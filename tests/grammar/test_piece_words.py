@@ -177,7 +177,7 @@ def test_words_take_pieces_or_do_not(line: str, code: str) -> None:
         ("gap(top, foot) at least 5 cm", "of pieces say `a joins b`: they touch"),
         ("top adjoins foot", "of pieces say `a joins b`"),
         ("side joins back", "of faces say `a adjoins b`, or name pieces: `board top`, `bar leg`"),
-        ("side beside back", "name pieces: `board top`, `bar leg`"),
+        ("side inside back", "name pieces: `board top`, `bar leg`"),
         ("area(top) at most 3 cm2", "`area(face): area`"),
     ],
 )

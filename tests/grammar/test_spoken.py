@@ -1,12 +1,14 @@
 """What a newcomer writes first gets the language's own way to say it."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Fault
-from facetlog.grammar.spoken import hint_of_phrase
+from facetlog.grammar.spoken import SPOKEN_WORDS, hint_of_phrase
+from facetlog.grammar.vocabulary import VOCABULARY
 
 PARTS = "model m\n  board top\n  face wall\n  at least 2 bars leg where leg carries top\n  "
 
@@ -38,6 +40,24 @@ def errors(line: str) -> tuple[Fault, ...]:
         ("no piece above top", "`there is no piece x where x above ...`"),
         ("length of top at least 40 cm", "write `length(top)`"),
         ("top has length 40 cm", "write `length(top) about 40 cm`"),
+        ("all legs are upright", "`each leg: leg is ...`"),
+        ("the legs are upright", "`each leg: leg is ...`"),
+        ("top is parallel to wall", "`parallel(back, front, 10 deg)`"),
+        ("wall is perpendicular to top", "`angle(back, seat) = 90 deg ± 10 deg`"),
+        ("top is on top of wall", "`back above seat`"),
+        ("top is wider than long", "`length(top) at least 120 % of length(seat)`"),
+        ("width(top) is 40 cm", "write `about 40 cm`"),
+        ("top is 40 cm wide", "`width(top) about 40 cm`"),
+        ("there is nothing above top", "`there is no piece x where x above ...`"),
+        ("nothing above top", "`there is no piece x where x above top`"),
+        ("top is under wall", "`shelf below top`"),
+        ("four bars post where post is upright", "`exactly 4 bars ...`"),
+        ("height(top) ~ 40 cm", "write `about`"),
+        ("top is facing up", "write `upward`"),
+        ("top is big", "say how much"),
+        ("top is round", "`curved(top)"),
+        ("top overlaps wall", "`overlap(top, seat) at least 10 %`"),
+        ("top touches wall", "`a joins b`"),
         ("the top is level", "leave the article out: `top`"),
     ],
 )
@@ -71,3 +91,51 @@ def test_a_statement_that_only_ends_too_early_is_no_phrase(line: str) -> None:
 
 def test_a_phrase_before_the_fault_is_not_blamed() -> None:
     assert hint_of_phrase("the top is level ? no", len("the top is level ")) == ""
+
+
+CODE = re.compile(r"`([^`]+)`")
+
+# How a newcomer may write what the page's table lists as said aloud.
+AS_SAID = {
+    "it stands on the ground": ("leg stands on the ground", "top stands_on ground"),
+    "they touch": ("top is attached to wall", "top touches wall"),
+    "one beside, above, below, inside another": (
+        "top is next to wall",
+        "top is on top of wall",
+        "top is under wall",
+    ),
+    "an opening in it": ("wall has an opening", "opening in top"),
+    "open from a side": ("top is open",),
+    "nothing above it": ("there is nothing above top", "nothing above top"),
+    "its length, width, thickness, height": ("length of top at least 40 cm", "top is 4 cm thick"),
+    "it was seen": ("top is seen", "top is visible"),
+}
+
+
+def _vocabulary_in(text: str) -> set[str]:
+    """Words of the vocabulary in what stands in backquotes, less the names that examples use."""
+    words = set(re.findall(r"[a-z_]+", " ".join(CODE.findall(text))))
+    return words & set(VOCABULARY) - {"opening", "piece", "level"}
+
+
+def _page_table() -> dict[str, str]:
+    """What the page of models says to write, by what one says aloud."""
+    page = (Path(__file__).parents[2] / "docs" / "models.md").read_text(encoding="utf-8")
+    table = page.partition("| say | write |")[2].partition("\n\n")[0]
+    rows = (line.strip("| ").split(" | ", 1) for line in table.splitlines() if line[:3] != "| -")
+    return {row[0]: row[1] for row in rows if len(row) == 2}
+
+
+@pytest.mark.parametrize("said", AS_SAID)
+def test_hints_say_to_write_what_the_page_says(said: str) -> None:
+    page = _vocabulary_in(_page_table()[said])
+    for line in AS_SAID[said]:
+        hint = errors(line)[0].hint
+        assert _vocabulary_in(hint), line
+        assert _vocabulary_in(hint.partition(",")[0]) <= page, line
+
+
+def test_what_hints_say_to_write_are_words_of_the_language() -> None:
+    for hint in SPOKEN_WORDS.values():
+        for call in re.findall(r"(\w+)\(", " ".join(CODE.findall(hint))):
+            assert call in VOCABULARY, hint
