@@ -45,7 +45,7 @@ _PIECES: tuple[FactKind, ...] = (
         "otherwise, or " + _NO_UP,
     ),
     _kind(
-        "piece_overlap +P:piece +Q:piece R:share",
+        "piece_overlap +P:piece +Q:piece R:share Sd:share",
         _MAYBE,
         "the share of the smaller one's plan, of its least box, that lies over or under the "
         "other's; of pieces of one thing",

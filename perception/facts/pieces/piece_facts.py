@@ -114,10 +114,10 @@ class _Found:
         for one, other, angle in angles_between(self.pieces.pieces, self.up):
             yield self.names[one], self.names[other], *angle
 
-    def overlaps(self) -> Iterator[tuple[str, str, float]]:
+    def overlaps(self) -> Iterator[tuple[str, str, float, float]]:
         """The arguments of the facts about which share of each two pieces' plans is the other's."""
-        for one, other, share in known_overlaps(self._boxes(), self.up):
-            yield self.names[one], self.names[other], share
+        for one, other, share, sd in known_overlaps(self._boxes(), self.up):
+            yield self.names[one], self.names[other], share, sd
 
     def _boxes(self) -> list[SolidBox]:
         return [SolidBox.of_piece(piece, self.filled.space) for piece in self.pieces.pieces]

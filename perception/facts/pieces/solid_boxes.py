@@ -29,6 +29,8 @@ BEYOND = 0.05
 UNSEEN_SHARE = 0.5
 # A side is looked at in so many places along each axis.
 PLACES = 6
+# An end lies anywhere within its cell.
+CELL_SD = 1.0 / np.sqrt(12.0)
 # What has no thickness has this one, in cells.
 THIN = 1e-3
 
@@ -116,11 +118,13 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     return abreast
 
 
-def plan_overlap(boxes: Sequence[SolidBox], up: FloatArray) -> FloatArray:
-    """Which share (n, n) of the smaller one's plan along up (3,) lies over or under the other's."""
+def plan_overlap(boxes: Sequence[SolidBox], up: FloatArray, ends: float = 0.0) -> FloatArray:
+    """Which share (n, n) of the smaller one's plan along up (3,) lies over or under the other's, if
+    each end lies so many cells further out.
+    """
     import shapely  # loaded only now: few models ask for it
 
-    plans = shapely.convex_hull(shapely.multipoints([_plan(box, up) for box in boxes]))
+    plans = shapely.convex_hull(shapely.multipoints([_plan(box, up, ends) for box in boxes]))
     areas = shapely.area(plans)
     share = np.zeros((len(boxes), len(boxes)))
     one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
@@ -137,11 +141,11 @@ def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
     return float(heights.min()) - box.cell / 2.0, float(heights.max()) + box.cell / 2.0
 
 
-def _plan(box: SolidBox, up: FloatArray) -> FloatArray:
+def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
     """Points (8, 2) of its plan, of which half a cell is left out at each end: what touches is not
     over or under one another.
     """
-    least = replace(box, half=np.maximum(box.half - box.cell / 2.0, THIN * box.cell))
+    least = replace(box, half=np.maximum(box.half + (ends - 0.5) * box.cell, THIN * box.cell))
     first = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     first /= np.linalg.norm(first)
     plan: FloatArray = least.at(_ENDS) @ np.array([first, np.cross(up, first)]).T
@@ -170,9 +174,10 @@ def known_of_two(
 
 def known_overlaps(
     boxes: Sequence[SolidBox], up: FloatArray | None
-) -> Iterator[tuple[int, int, float]]:
+) -> Iterator[tuple[int, int, float, float]]:
     """Of each two boxes, by their indices, the share of the smaller one's plan that lies over or
-    under the other's; nothing without up, and where unseen space makes a difference.
+    under the other's, with its standard deviation; nothing without up, and where unseen space makes
+    a difference.
     """
     if up is None or len(boxes) < 2:
         return
@@ -180,9 +185,10 @@ def known_overlaps(
     share = plan_overlap(ways, up)
     each = [share[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
     found, range_ = each[0], np.ptp(each, axis=0)
+    sd = np.abs(plan_overlap(boxes, up, CELL_SD) - plan_overlap(boxes, up, -CELL_SD)) / 2.0
     for one, other in permutations(range(len(boxes)), 2):
         if range_[one, other] <= BEYOND:
-            yield one, other, min(float(found[one, other]), 1.0)
+            yield one, other, min(float(found[one, other]), 1.0), float(sd[one, other])
 
 
 def _both_ways(

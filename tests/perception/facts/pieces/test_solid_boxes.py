@@ -1,5 +1,6 @@
 """What stands beside, or lies inside, what: boxes whose places are known."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -138,7 +139,7 @@ def _board(x: float, z: float, *, unseen: bool = False) -> SolidBox:
 
 @pytest.mark.parametrize(("x", "share"), [(0.0, 1.0), (0.75, 0.25), (1.0, 0.0), (3.0, 0.0)])
 def test_boards_of_any_heights_overlap_by_a_share_of_their_plans(x: float, share: float) -> None:
-    found = {(i, j): s for i, j, s in known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)}
+    found = {(i, j): s for i, j, s, _ in known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)}
     assert found == {(0, 1): pytest.approx(share, abs=1e-3), (1, 0): pytest.approx(share, abs=1e-3)}
     assert not list(known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], None))
 
@@ -147,4 +148,14 @@ def test_how_far_what_goes_on_unseen_overlaps_another_is_not_known() -> None:
     over = [_board(0.0, 0.7), _board(1.5, 0.4, unseen=True)]
     assert not list(known_overlaps(over, UP))
     beyond = [_board(0.0, 0.7, unseen=True), _board(1.5, 0.4)]
-    assert [s for _, _, s in known_overlaps(beyond, UP)] == [0.0, 0.0]
+    assert [s for _, _, s, _ in known_overlaps(beyond, UP)] == [0.0, 0.0]
+
+
+def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:
+    sds = []
+    for cell in (0.01, 0.02):
+        boxes = [replace(_board(x, 0.4 + x), cell=cell) for x in (0.0, 0.75)]
+        sds.append(next(sd for *_, sd in known_overlaps(boxes, UP)))
+    # Two ends of the overlap along x, less what the width of a metre grows by alike.
+    assert sds[0] == pytest.approx(1.5 * 0.01 / math.sqrt(12.0), rel=0.1)
+    assert sds[1] == pytest.approx(2.0 * sds[0], rel=0.1)
