@@ -3,6 +3,8 @@
 import os
 import signal
 
+from hypothesis import settings
+
 from facetlog.one_thread import ONE_THREAD
 
 # As the command line does, before numpy is loaded: with two processes on two cores, threads of a
@@ -14,3 +16,7 @@ for name in ONE_THREAD:
 # inherit that: tests that press Ctrl-C need it as a terminal has it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# No test hangs on a clock: machines differ, and others work beside.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")

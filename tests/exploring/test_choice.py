@@ -96,7 +96,7 @@ def test_the_first_views_are_neighbours_on_a_ring() -> None:
     assert sorted(gaps)[:2] == pytest.approx([22.5, 22.5], abs=1e-6)
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(angle=st.floats(-3.1, 3.1), x=st.floats(-5, 5), y=st.floats(-5, 5))
 def test_turning_and_moving_the_world_changes_nothing(angle: float, x: float, y: float) -> None:
     def number(around: Around, turn: float) -> tuple[int, float]:

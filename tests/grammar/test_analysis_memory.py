@@ -35,7 +35,7 @@ def _edited(text: str, chance: random.Random) -> str:
     return text[:at] + new + text[at + len(old) :]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10**9))
 def test_edit_after_edit_tells_what_a_fresh_look_would(seed: int) -> None:
     chance = random.Random(seed)

@@ -231,7 +231,7 @@ def test_differences_are_a_unified_diff() -> None:
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(model_files())
 def test_formatting_keeps_the_syntax_and_does_it_once(text: str) -> None:
     after = _format(text)
@@ -240,7 +240,7 @@ def test_formatting_keeps_the_syntax_and_does_it_once(text: str) -> None:
     assert _format(after) == after
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(mutated_files())
 def test_formatting_keeps_faulty_texts_and_does_it_once(text: str) -> None:
     after = _format(text)

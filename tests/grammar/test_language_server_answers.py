@@ -23,7 +23,7 @@ from tests.grammar.model_texts import model_files, mutated_files
 URI = "file:///nowhere/m.model"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(mutated_files(), st.randoms(use_true_random=False))
 def test_every_text_gets_answers_everywhere(text: str, chance) -> None:  # type: ignore[no-untyped-def]
     project = Project()
@@ -42,7 +42,7 @@ def test_every_text_gets_answers_everywhere(text: str, chance) -> None:  # type:
         completions(analysis, text, offset, {"cuboid": ("width",)})
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(model_files(), st.randoms(use_true_random=False))
 def test_a_name_that_is_given_and_taken_back_leaves_the_text_as_it_was(  # type: ignore[no-untyped-def]
     text: str, chance

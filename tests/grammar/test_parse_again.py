@@ -3,7 +3,7 @@
 import random
 from pathlib import Path
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import facetlog.rules
@@ -19,7 +19,6 @@ def _nodes(text: str, name: str = "a.model") -> object:
     return file.statements, file.models, file.comments
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**9))
 def test_a_changed_text_is_read_as_if_anew(seed: int) -> None:
     chance = random.Random(seed)

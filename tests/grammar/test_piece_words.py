@@ -110,7 +110,7 @@ def test_they_are_names_elsewhere(line: str) -> None:
     assert _kinds_of_statement(line) == []
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(model_files() | mutated_files())
 def test_both_readers_find_the_same_pieces(text: str) -> None:
     for statement in laid_out(Source("m.model", text)).statements:

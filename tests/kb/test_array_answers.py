@@ -160,7 +160,7 @@ def by_prolog(goal: str) -> str:
     return f"({goal} ; fail)"
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(st.data())
 def test_arrays_answer_as_prolog_does(data: st.DataObject) -> None:
     facts = [data.draw(some_facts(), label=name) for name in SCENES]
@@ -217,7 +217,7 @@ PAIR_TESTS = (
 FACE_LISTS = ("[A]", "[A, B]", "[A, B, C]", "[A, f1]", "[f2, B, C]", "[A, A]", "[A, X]", "[]", "L")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.data())
 def test_pairs_on_arrays_are_those_of_prolog(data: st.DataObject) -> None:
     base = shared_base()

@@ -7,7 +7,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.kb.batch_judge import BatchJudge
@@ -101,7 +101,6 @@ def test_few_samples_never_say_nought_or_one(truth: bool) -> None:
     assert (few < more < 1.0) if truth else (few > more > 0.0)
 
 
-@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.floats(0, 1), st.booleans(), st.sampled_from(InputKind)),

@@ -107,13 +107,13 @@ def test_dropped_scenes_leave_no_module_and_no_clause() -> None:
         "    if 's' in base.scenes:\n"
         "        base.drop_scene('s')\n"
         "    return base._request('statistics', '')\n"
-        "print(json.dumps([use(5), use(30)]))\n"
+        "print(json.dumps([use(30), use(30)]))\n"
     )
     assert run.returncode == 0, run.stderr
     (modules, clauses), (modules_later, clauses_later) = json.loads(run.stdout)
     assert modules_later <= modules
-    # A few clauses that wait for the collector, or that Prolog loaded for itself.
-    assert clauses_later < clauses + 100
+    # What Prolog loads for itself came with the first ones; a few clauses wait for the collector.
+    assert clauses_later < clauses + 30
 
 
 def test_a_fact_outside_the_contract_is_refused(base: KnowledgeBase) -> None:

@@ -247,7 +247,7 @@ def test_reading_leaves_operators_and_flags_alone(base: KnowledgeBase) -> None:
 SCRAPS = [*"()[]{}|,.;'\"`\\ \n%/*_-:^=<>!?@#0159aXé😀\0\a", "face(F)", ":-", "0'", "'é'", ". "]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(text=st.lists(st.sampled_from(SCRAPS), max_size=12).map("".join))
 def test_any_text_is_answered_or_refused_within_itself(base: KnowledgeBase, text: str) -> None:
     fault = QueryError("", text=text)

@@ -123,7 +123,7 @@ def _slip(text: str, chance: random.Random) -> str:
     return text[: match.start()] + word + text[match.end() :]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**9))
 @example(365)  # two limits of which either order never holds
 @example(2265)
@@ -147,7 +147,7 @@ def test_a_fixed_text_is_never_worse_and_stays_when_fixed_again(seed: int) -> No
     assert fixed(found.text, _faults).text == found.text
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10**9))
 def test_every_fix_is_of_pieces_of_the_text_that_do_not_overlap(seed: int) -> None:
     chance = random.Random(seed)

@@ -72,7 +72,7 @@ def exact(term: Term) -> object:
             return type(term), term
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(tables())
 def test_any_table_comes_back_exactly(
     base: KnowledgeBase, rows: tuple[tuple[Term, ...], ...]

@@ -38,7 +38,7 @@ def there_and_back(base: KnowledgeBase, term: Term) -> Term:
     return back
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(TERMS)
 def test_terms_survive_the_way_to_prolog_and_back(term: Term) -> None:
     assert there_and_back(KnowledgeBase(), term) == term

@@ -308,7 +308,7 @@ def test_a_thing_without_a_measured_face_still_gets_an_answer(facts_of: Build) -
     assert all(not part.faces for part in miss.parts)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     conditions=st.permutations(CONDITIONS),
     seed=st.integers(0, 1000),
@@ -351,7 +351,7 @@ def test_one_absurd_value_does_not_dominate(tmp_path: Path) -> None:
     assert order == ["f3", "f1", "f2"]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     name=st.sampled_from(["box", "wedge", "step", "table", "chair"]),
     model=st.sampled_from(BUILTIN_MODELS),

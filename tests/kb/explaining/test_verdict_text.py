@@ -46,7 +46,7 @@ def steps(proof: Proof) -> Iterable[Proof]:
         yield from steps(child)
 
 
-@settings(max_examples=len(SOLIDS), deadline=None)
+@settings(max_examples=len(SOLIDS))
 @given(name=st.sampled_from(SOLIDS))
 def test_every_line_of_what_holds_gives_a_reason_that_is_in_the_trace(name: str) -> None:
     holding = [v for v in judged(name) if v.state is HOLDS]
@@ -71,7 +71,7 @@ def test_every_line_of_what_holds_gives_a_reason_that_is_in_the_trace(name: str)
         assert last.startswith(f"  + {unsaid} more condition") == (unsaid > 0)
 
 
-@settings(max_examples=len(SOLIDS), deadline=None)
+@settings(max_examples=len(SOLIDS))
 @given(name=st.sampled_from(SOLIDS))
 def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
     for verdict in judged(name):
@@ -80,7 +80,7 @@ def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
             assert not re.search(r"\de[-+]\d", line)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     name=st.sampled_from(["box", "wedge", "step", "table", "chair", "pyramid", "room"]),
     up=st.sampled_from([(0.0, 0.0, 1.0), None]),

@@ -42,7 +42,7 @@ def loaded(base: KnowledgeBase, facts: list[Fact], name: str) -> list[tuple[Term
     return [tuple(v.name if isinstance(v, Atom) else v for v in row) for row in rows]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(SCENES)
 def test_facts_arrive_exactly_and_in_order(base: KnowledgeBase, facts: list[Fact]) -> None:
     for name in ARITY:

@@ -49,7 +49,7 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BatchJudge]:
         yield judge
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(offsets())
 def test_what_is_known_of_two_names_arrives_exactly_and_in_order(
     judge: BatchJudge, rows: list[Fact]

@@ -137,9 +137,7 @@ def test_scenes_from_one_file_are_independent(
         assert prolog.facts(first) == wanted(prolog, BLOCK)
 
 
-@settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_flipped_byte_anywhere_is_noticed(
     prolog: Prolog, cache: SceneCache, saved: Path, data: st.DataObject
@@ -156,9 +154,7 @@ def test_a_flipped_byte_anywhere_is_noticed(
     assert loads(prolog, cache, saved) is not None
 
 
-@settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.0, 1.0, exclude_max=True), extra=st.binary(max_size=40))
 def test_a_cut_or_lengthened_file_is_noticed(
     prolog: Prolog, cache: SceneCache, saved: Path, share: float, extra: bytes

@@ -54,7 +54,7 @@ def test_three_views_far_apart_count_as_three() -> None:
     assert view_graph([view(pose=p) for p in poses]).weight.sum() == 3.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_another_frame_and_scale_change_no_weight_and_no_pair(seed: int, scale: float) -> None:
     views = ring(jitter=0.1, seed=seed)
@@ -67,7 +67,7 @@ def test_another_frame_and_scale_change_no_weight_and_no_pair(seed: int, scale: 
     assert after.pairs == before.pairs
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.permutations(range(12)))
 def test_the_order_of_the_views_does_not_matter(order: list[int]) -> None:
     views = ring(jitter=0.1)

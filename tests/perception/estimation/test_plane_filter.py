@@ -131,7 +131,7 @@ def test_plane_parallel_to_the_axis_is_not_in_its_chart():
         chart_from_plane(Chart.Z, Plane([1.0, 0.0, 0.0], 0.0, np.zeros((4, 4))))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(SEEDS, st.floats(-4, 4), st.floats(0, 3))
 def test_order_frame_and_unit_do_not_matter(seed, log_scale, log_shift):
     rng = np.random.default_rng(seed)

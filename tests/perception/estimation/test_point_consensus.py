@@ -32,7 +32,7 @@ def test_points_seen_from_a_narrow_arc_survive_two_wrong_matches_in_five(arc_deg
     assert 0.8 < square.mean() / 3 < 1.25
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(SEEDS, st.sampled_from([3.0, 20.0, 360.0]), st.sampled_from([5, 9, 24]))
 def test_the_order_of_views_does_not_matter_among_wrong_matches(seed, arc_deg, views):
     rng = np.random.default_rng(seed)
@@ -113,7 +113,7 @@ def _pixels(projections, point):
 PLACES = st.tuples(*[st.integers(-3, 3)] * 3)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(
     st.lists(PLACES, min_size=2, max_size=7),
     PLACES,

@@ -110,7 +110,7 @@ def test_explicit_recursion_from_zero_diverges_and_the_estimator_does_not():
     assert _sd_off(found.point, true, found.cov) < 5
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(SEEDS)
 def test_order_of_views_does_not_matter(seed):
     rng = np.random.default_rng(seed)
@@ -126,7 +126,7 @@ def test_order_of_views_does_not_matter(seed):
     np.testing.assert_allclose(there.cov, back.cov, rtol=1e-2, atol=1e-3 * there.cov.max())
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(SEEDS, st.floats(-4, 4), st.floats(0, 3))
 def test_a_similarity_of_the_world_moves_the_estimate_with_it(seed, log_scale, log_shift):
     rng = np.random.default_rng(seed)

@@ -25,7 +25,7 @@ def _after_all(uv, cov, projections, order):
     return filters
 
 
-@settings(deadline=None, max_examples=20, derandomize=True)
+@settings(max_examples=20, derandomize=True)
 @given(SEEDS)
 def test_after_the_last_view_points_are_where_all_views_at_once_have_them(seed):
     rng = np.random.default_rng(seed)

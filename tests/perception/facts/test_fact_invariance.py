@@ -53,7 +53,6 @@ shifts = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 orders = st.randoms(use_true_random=False)
 quick = settings(
     max_examples=2,
-    deadline=None,
     phases=[Phase.generate],
     suppress_health_check=[HealthCheck.too_slow],
 )

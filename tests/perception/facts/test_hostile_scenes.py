@@ -104,7 +104,7 @@ CHANGES = (
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sampled_from(NAMES), st.sampled_from(CHANGES), st.integers(0, 2**32 - 1))
 def test_facts_are_finite_or_the_scene_is_refused(name: str, change: Any, seed: int) -> None:
     content = _content(name)

@@ -131,7 +131,7 @@ def test_an_opening_is_in_a_piece_that_is_all_of_its_rim() -> None:
     assert {name[0] for _, name in rows["opening_in"]} == {"f"}
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(0, 12))
 def test_where_no_room_is_left_nothing_that_nobody_saw_makes_another_opening(
     seed: int, unseen: int

@@ -71,7 +71,7 @@ def test_nothing_has_no_part() -> None:
 cuboids = st.tuples(*[st.tuples(st.integers(0, 14), st.integers(1, 10))] * 3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(some=st.lists(cuboids, min_size=1, max_size=6))
 def test_parts_divide_what_is_solid_the_largest_first(
     some: list[tuple[tuple[int, int], ...]],

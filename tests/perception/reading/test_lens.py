@@ -157,7 +157,7 @@ def test_further_lenses_are_undone_by_their_written_formulae(lens: Lens, seen: F
         np.testing.assert_allclose(_spot_near(picture, expected), expected, atol=0.1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(-0.15, 0.3), st.floats(-0.05, 0.1))
 def test_every_pixel_comes_from_within_the_picture(k1: float, k2: float) -> None:
     lens = Lens(CAMERA, Distortion.POLYNOMIAL, (k1, k2, 0.0, 0.0))

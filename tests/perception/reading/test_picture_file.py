@@ -109,7 +109,7 @@ def test_colour_with_or_without_alpha_is_read_as_grey(tmp_path: Path, channels: 
     np.testing.assert_array_equal(read_picture(path), picture(3))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(
     st.sampled_from(
         [b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"BM", b"P5", b"P6", b"II*\0", b"RIFF"]

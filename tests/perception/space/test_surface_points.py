@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.space.surface_points import surface_points
 
-some = settings(max_examples=40, deadline=None)
+some = settings(max_examples=40)
 
 
 def face(polygon: shapely.Geometry) -> FlatFace:

@@ -317,7 +317,7 @@ def test_bounds_of_a_scan_contain_what_is_true_of_the_whole(name: str) -> None:
     assert compared >= 16
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.floats(0.0, 6.3), st.floats(0.1, 100.0))
 def test_neither_turning_the_world_nor_its_unit_changes_its_space(
     turn: float, scale: float

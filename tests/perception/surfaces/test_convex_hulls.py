@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 from facetlog.perception.surfaces.convex_hulls import Hulls, least_rectangle, least_rectangles
 
 seeds = st.integers(0, 2**32 - 1)
-some = settings(max_examples=40, deadline=None)
+some = settings(max_examples=40)
 
 
 def sets(seed: int) -> tuple[np.ndarray, np.ndarray]:

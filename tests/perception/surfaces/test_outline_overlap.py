@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from facetlog.perception.surfaces.outline_overlap import Outlines, convex_loops, distances_outside
 
 seeds = st.integers(0, 2**32 - 1)
-some = settings(max_examples=60, deadline=None)
+some = settings(max_examples=60)
 
 
 def ngon(rng: np.random.Generator, count: int) -> np.ndarray:

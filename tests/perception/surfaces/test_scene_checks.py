@@ -32,7 +32,7 @@ def test_what_builders_make_is_sound(name: str) -> None:
     assert _said(build(name, {})) == []
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.floats(1e-3, 1e6),
     st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3),

@@ -139,7 +139,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     )
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(scenes())
 def test_a_scene_comes_back_bit_for_bit(scene: Scene) -> None:
     text = scene_to_json(scene)

@@ -28,7 +28,7 @@ def test_the_way_to_the_far_side_is_two_tangents_and_an_arc() -> None:
 
 
 @given(PLACES, PLACES, st.floats(0.1, 1.0))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_no_way_enters_a_circle_or_is_longer_than_round_it(
     start: tuple[float, float], end: tuple[float, float], radius: float
 ) -> None:
@@ -72,7 +72,7 @@ def test_places_that_no_way_leads_to_come_last_in_the_short_order() -> None:
 
 
 @given(st.lists(PLACES, min_size=1, max_size=7))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_a_short_order_has_every_place_once_and_is_no_longer_than_as_given(
     places: list[tuple[float, float]],
 ) -> None:

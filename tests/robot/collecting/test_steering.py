@@ -17,7 +17,7 @@ PLACES = st.floats(-2.0, 2.0)
 
 
 @given(PLACES, PLACES, st.floats(-3.1, 3.1))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_any_place_is_reached_within_three_centimetres(x: float, y: float, heading: float) -> None:
     robot = FakeRobot()
     base = MobileBase(robot, Pose2(), pace=Pace())

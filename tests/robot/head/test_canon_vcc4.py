@@ -51,7 +51,7 @@ def test_a_start_that_is_repeated_does_no_harm(model: CanonModel) -> None:
     assert head.look(rad(40), rad(80)).tilt == pytest.approx(rad(80), abs=HALF_A_COUNT)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(-98, 98), st.floats(-30, 87.9))
 def test_it_ends_where_it_was_sent_and_stands_still(pan_deg: float, tilt_deg: float) -> None:
     head, line = started()

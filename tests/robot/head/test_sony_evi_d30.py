@@ -36,7 +36,7 @@ def test_a_look_to_the_left_and_down_is_the_bytes_of_the_fact_sheet() -> None:
     assert bytes.fromhex("81 01 06 02 18 14 00 01 00 08 0F 0F 08 08 FF") in line.sent
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(-100, 100), st.floats(-25, 25))
 def test_it_ends_where_it_was_sent_and_stands_still(pan_deg: float, tilt_deg: float) -> None:
     head, line = started()

@@ -44,7 +44,7 @@ def box_entry(
     return np.where((enter <= leave) & (enter > 0), enter, np.inf)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(eye=eyes, aim=aims)
 def test_rays_meet_a_box_where_the_slab_method_says_even_across_the_near_plane(
     eye: FloatArray, aim: FloatArray
@@ -59,7 +59,7 @@ def test_rays_meet_a_box_where_the_slab_method_says_even_across_the_near_plane(
     assert np.array_equal(hits.facet != BACKGROUND, np.isfinite(expected))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(eye=eyes, aim=aims)
 def test_a_face_that_is_not_convex_is_met_like_the_two_boxes_it_is_made_of(
     eye: FloatArray, aim: FloatArray

@@ -74,7 +74,7 @@ def test_the_recursion_changes_its_chart_as_the_line_turns_out_steeper():
     assert (charts[0], charts[-1]) == (Chart.Y, Chart.X)
 
 
-@settings(deadline=None, derandomize=True)
+@settings(derandomize=True)
 @given(DEGREES, st.integers(0, 2**32 - 1))
 def test_the_recursion_ends_at_the_fit(degrees, seed):
     points = _pixels(degrees)

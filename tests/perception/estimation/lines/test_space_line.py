@@ -94,7 +94,7 @@ def test_the_recursion_changes_its_chart_as_the_line_turns_out_otherwise():
     assert (lines[0].chart, lines[-1].chart) == (Chart.X, Chart.Z)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(SEEDS)
 def test_a_line_of_views_is_the_same_in_every_frame_unit_and_order(seed):
     rng = np.random.default_rng(seed)
@@ -163,7 +163,7 @@ def _lines_in(rng, axes, middle, count=5):
     return lines
 
 
-@settings(deadline=None, max_examples=25, derandomize=True)
+@settings(max_examples=25, derandomize=True)
 @given(SEEDS)
 def test_a_plane_of_lines_holds_them_and_the_recursion_ends_at_it(seed):
     rng = np.random.default_rng(seed)

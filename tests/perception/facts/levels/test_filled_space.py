@@ -151,7 +151,7 @@ def test_what_stands_on_the_ground_or_has_a_board_near_it_leaves_no_room() -> No
         assert values(scene, "room_width")[top_of(scene)] == 0.0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(0.0, 6.3), st.floats(0.01, 1000.0))
 def test_neither_the_frame_nor_the_unit_matters(radians: float, scale: float) -> None:
     after = turned(CHAIR, radians, scale)
@@ -258,7 +258,7 @@ def test_panels_that_lean_a_little_stand_at_the_rim() -> None:
     assert leaning & {part for part, face in pairs(scene, "at_rim") if face in tops}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.integers(1, 12))
 def test_gaps_of_a_plan_are_closed_as_in_mathematical_morphology(
     seed: int, rows: int, columns: int

@@ -27,14 +27,14 @@ def seen_from(points: FloatArray, eye: FloatArray, radius: float) -> FloatArray:
     return points[points @ eye / distance >= radius**2 / distance]
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_samples_all_over_a_box_go_all_round_in_any_frame_and_unit(seed: int, unit: float) -> None:
     points = unit * turned(box_points(SIZE, COUNT, noise=NOISE), seed)
     assert covers_all_sides(points, noise=unit * NOISE, spacing=unit * BOX_SPACING)
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(st.integers(0, 2**31))
 def test_three_sides_of_a_box_lie_open_to_who_looks_at_their_corner(seed: int) -> None:
     points = turned(box_points(SIZE, COUNT, noise=NOISE, sides=("+x", "+y", "+z")), seed)

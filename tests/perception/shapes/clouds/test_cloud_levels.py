@@ -52,7 +52,7 @@ def test_a_board_has_one_level_however_near_its_sides_are_to_the_noise(thickness
     ]
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1e3]))
 def test_levels_turn_and_scale_with_the_cloud(seed: int, unit: float) -> None:
     rotation = Rotation.random(rng=np.random.default_rng(seed))

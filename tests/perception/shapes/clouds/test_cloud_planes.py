@@ -41,7 +41,7 @@ def test_noise_and_spacing_are_estimated_from_the_points() -> None:
     assert np.median(found.spacing) == pytest.approx(np.sqrt(22.0 / 20_000), rel=0.15)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(st.integers(0, 1000), st.floats(1e-6, 1e6), st.tuples(*[st.floats(-1e3, 1e3)] * 3))
 def test_planes_do_not_depend_on_place_turn_and_unit(
     seed: int, scale: float, shift: tuple[float, float, float]
@@ -146,7 +146,7 @@ def test_covariance_is_honest_over_many_planes() -> None:
     assert 0.85 < nees < 1.15
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_covariance_is_symmetric_and_of_rank_three(seed: int) -> None:
     rng = np.random.default_rng(seed)

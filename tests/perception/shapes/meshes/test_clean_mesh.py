@@ -22,7 +22,7 @@ def points_out(mesh: Mesh) -> bool:
     return bool(((surface.normals * middles).sum(axis=1) > 0.0).all())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1e-9, 1.0, 1e9]))
 def test_a_block_of_any_winding_order_and_scale_is_one_closed_sheet_outside_out(
     seed: int, scale: float
@@ -80,7 +80,7 @@ def test_a_mesh_without_area_is_an_input_error(points: object) -> None:
         clean_mesh(Mesh.of(np.asarray(points), [[0, 1, 2]], name="line.ply"))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 3.0))
 def test_samples_stand_for_the_whole_area_and_lie_close(seed: int, spacing: float) -> None:
     rng = np.random.default_rng(seed)

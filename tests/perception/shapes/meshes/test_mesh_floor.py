@@ -103,7 +103,7 @@ def test_table_chair_and_box_on_a_floor_are_recognised() -> None:
     assert models_of(together(FLOORS["slab"], things())) >= {"table", "chair", "box"}
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_a_floor_is_found_in_any_frame_and_unit(seed: int, unit: float) -> None:
     made = together(FLOORS["slab"], things())

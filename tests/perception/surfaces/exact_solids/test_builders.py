@@ -181,7 +181,7 @@ def test_what_cannot_be_built_is_refused_with_the_way_out(
         build(name, arguments)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.sampled_from(sorted(BUILDERS)), st.data())
 def test_any_size_is_built_or_refused(name: str, data: st.DataObject) -> None:
     """And what is built has facts, no face without area, and no piece inside out."""

@@ -144,7 +144,7 @@ def test_a_footprint_is_the_plan_of_what_stands_on_the_floor() -> None:
     assert footprint(seat, 0.24).area == pytest.approx(4 * 0.04**2)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     heading=st.floats(-math.pi, math.pi),
     speed=st.sampled_from([-750, -300, 300, 750]),

@@ -304,7 +304,7 @@ def test_a_garbled_length_does_not_swallow_the_commands_behind_it_for_long() -> 
     assert client.speed == 0.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.binary(min_size=1, max_size=250), max_size=8))
 def test_no_bytes_make_the_robot_fail_or_move(pieces: list[bytes]) -> None:
     client = connected(make_firmware("p2dx"))

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.head.canon import (
@@ -294,7 +294,6 @@ frames = st.one_of(
 )
 
 
-@settings(deadline=None)
 @given(
     st.sampled_from([VC_C4, VC_C50I]),
     st.booleans(),

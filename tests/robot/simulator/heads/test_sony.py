@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.head.sony_models import EVI_D30, EVI_D70, EVI_D100, SonyModel
@@ -314,7 +314,6 @@ frames = st.one_of(
 )
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(frames, st.floats(0, 3)), max_size=30))
 def test_no_commands_bring_it_beyond_its_limits(talks: list[tuple[bytes, float]]) -> None:
     head, now, limits = SonyHead(), 0.0, EVI_D30.limits

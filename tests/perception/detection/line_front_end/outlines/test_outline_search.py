@@ -48,7 +48,7 @@ def cloud(segments, pixel=PIXEL):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-3, 1.0, 1e3]))
 def test_the_outline_of_exact_sides_comes_first(shape: str, seed: int, scale: float) -> None:
     rotation = random_similarity(np.random.default_rng(seed)).rotation

@@ -57,7 +57,7 @@ def test_a_pyramid_has_five() -> None:
     assert max(len(p.lines) for p in planes) == 4
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_planes_turn_and_grow_with_the_world(seed: int, scale: float) -> None:
     frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=2.0)

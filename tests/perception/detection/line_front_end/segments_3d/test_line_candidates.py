@@ -33,7 +33,7 @@ def plane_sine(segment: FloatArray) -> float:
     return float(np.linalg.norm(np.cross(a, b)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(POINT, POINT)
 def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray) -> None:
     segment = np.array([start, end])
@@ -44,7 +44,7 @@ def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray)
     np.testing.assert_allclose(found[0], segment, atol=1e-6)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(POINT, POINT)
 def test_the_direction_of_a_2d_segment_does_not_matter(start: FloatArray, end: FloatArray) -> None:
     segment = np.array([start, end])
