@@ -159,10 +159,10 @@ class Drifting(Area):
     to be: beside the first of them each is where it was taken.
     """
 
-    def __init__(self, folder: Path, *, aligned: bool) -> None:
+    def __init__(self, folder: Path, *, aligned: bool, most: int = 60) -> None:
         self._folder, self._aligned = folder, aligned
         self._true: dict[tuple[float, float], Pose2] = {}
-        self.explorer = AreaExplorer(self._judged, AREA, most=60)
+        self.explorer = AreaExplorer(self.judged, AREA, most=most)
         super().__init__(folder, self.explorer)
         self.robot.errors = 0.005, 0.02
         self.robot.faults.append(self._reported)
@@ -171,7 +171,8 @@ class Drifting(Area):
         self._true[_place(state.pose)] = self.robot.true
         return replace(state, covariance=1e-4 * (state.at - 99.0) * np.eye(3))
 
-    def _judged(self, names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+    def judged(self, names: tuple[str, ...], interest: Interest) -> tuple[ViewVerdict, ScenePart]:
+        """What the views show; their poses with it, if they are aligned."""
         verdict, part = _judge(THINGS)(names, interest)
         taken = {view.name: view for view in read_record(self._folder)[1]}
         first, last = taken[names[0]], taken[names[-1]]
@@ -202,6 +203,22 @@ def test_pictures_of_a_place_put_right_where_odometry_has_the_robot(tmp_path: Pa
         assert area.base.start.between(start).heading == pytest.approx(0.0, abs=1e-9)
     assert abs(off[True].heading) < abs(off[False].heading)
     assert math.hypot(off[True].x, off[True].y) < math.hypot(off[False].x, off[False].y)
+
+
+def test_a_run_that_resumes_stands_where_it_is_said_to_stand(tmp_path: Path) -> None:
+    area = Drifting(tmp_path, aligned=True, most=5)
+    area.run()
+    lines = read_log(tmp_path)
+    # As if it had been killed when its last view was written.
+    last = max(k for k, line in enumerate(lines) if line.get("result") == "taken")
+    explorer = AreaExplorer(area.judged, AREA, most=60)
+    explorer.resume(lines[: last + 1], read_visit(tmp_path))
+    taken = area.record.taken
+    found = explorer.next_stop(replace(area.around, here=taken[-1].robot), taken)
+    assert isinstance(found, Chosen)
+    assert any("is done" in line for line in found.said)
+    assert explorer.groups[0].poses
+    assert found.here is None
 
 
 def test_floor_without_anything_is_looked_at_and_nothing_is_judged(tmp_path: Path) -> None:

@@ -74,6 +74,7 @@ class AreaExplorer:
         """Whether it ended by itself."""
         self._said: list[str] = []
         self._here: Pose2 | None = None
+        self._earlier: frozenset[str] = frozenset()
         self._sent: tuple[str, int] | None = None
         self._sweeps = Sweeps(self.floor)
 
@@ -103,6 +104,7 @@ class AreaExplorer:
         self.floor.add(visit.driven.beams)
         taken = visit.taken
         there = {view.name for view in taken}
+        self._earlier = frozenset(there)
         self._sweeps.resume(line for line in lines if line.get("image") in there)
         ends, parts = ends_of(lines), parts_of(lines)
         for place in places_of(lines):
@@ -302,6 +304,8 @@ class AreaExplorer:
         own = group.taken(taken)
         if not own or own[-1].name != taken[-1].name or own[-1].name not in group.poses:
             return None
+        if own[-1].name in self._earlier:
+            return None  # Whoever resumes says where it stands.
         found = standing_by_pictures(here, own[-1], group.poses[own[-1].name])
         if found is not None:
             self._said.append(f"place {group.number}: {moved_beside(here, found)}")
