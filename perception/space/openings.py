@@ -116,6 +116,8 @@ def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool
             if opening.along == axis:
                 one, two = opening.cells.T
                 room[one, two] &= ~free[one, two]
+                if not _stays_one(opening, free):
+                    return True
         if _is_wide(room):
             return True
     return False
@@ -145,6 +147,16 @@ def _within_outline(free: _Plan) -> _Plan:
     outline = shapely.convex_hull(shapely.multipoints(np.argwhere(~free)))
     places = np.indices(free.shape)
     return np.asarray(shapely.intersects_xy(outline, places[0], places[1]))
+
+
+def _stays_one(opening: Opening, free: _Plan) -> bool:
+    """Whether it is one opening if what nobody saw of it is full: that may part it, or close it."""
+    from scipy import ndimage
+
+    hole = np.zeros(free.shape, dtype=bool)
+    hole[tuple(opening.cells.T)] = True
+    labels, count = ndimage.label(hole & free)
+    return sum(_is_wide(labels == number) for number in range(1, count + 1)) == 1
 
 
 def _is_wide(hole: _Plan) -> bool:

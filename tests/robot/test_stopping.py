@@ -143,7 +143,8 @@ def test_a_caller_that_hangs_or_dies_leaves_a_robot_that_stands_within_the_limit
             thread.join()
             time.sleep(1.5)
             assert 0 < simulated.stood_after(dead[0]) < allowed(LEASE_LIMIT)
-        assert [p.cause for p in client.problems] == [Cause.LEASE, Cause.LEASE]
+        causes = [p.cause for p in client.problems if p.cause is not Cause.QUIET]
+        assert causes == [Cause.LEASE, Cause.LEASE]
 
 
 CLIENT = """
@@ -268,5 +269,6 @@ def test_the_stop_button_is_what_is_said_not_the_stall_that_comes_with_it() -> N
         client.wait_for(lambda state: bool(state.stop_button), allowed(5.0))
         with pytest.raises(DeviceError, match="STOP button"):
             client.drive(0.2, 0.0)
-        causes = [problem.cause for problem in client.problems]
+        # On a loaded machine its line may be quiet for a while, too.
+        causes = [p.cause for p in client.problems if p.cause is not Cause.QUIET]
         assert causes == [Cause.STOP_BUTTON]
