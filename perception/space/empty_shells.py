@@ -9,6 +9,8 @@ __all__ = ["is_empty_shell"]
 BEFORE = 0.8
 # Less than this share of the points is noise, or a rim that stands out.
 LEAST_SHARE = 0.05
+# Numbers in a table of points and sides: 80 MB.
+MOST_AT_ONCE = 10_000_000
 
 
 def is_empty_shell(shell: FloatArray, points: FloatArray, place: FloatArray) -> bool:
@@ -27,6 +29,11 @@ def is_empty_shell(shell: FloatArray, points: FloatArray, place: FloatArray) -> 
     if not (depth > 0.0).all():
         return False
     # along a ray p + t r a side is met at t = depth / (n · r)
-    towards = (points - place) @ sides[:, :3].T
-    reach = (towards / depth).max(axis=1)  # 1 at the hull
-    return float((reach < BEFORE).mean()) <= LEAST_SHARE
+    outwards = (sides[:, :3] / depth[:, None]).T  # 1 at the hull
+    # A curved shell has as many sides as points: few points at a time, or they take all memory.
+    several = max(1, MOST_AT_ONCE // len(sides))
+    before = sum(
+        int((((points[k : k + several] - place) @ outwards).max(axis=1) < BEFORE).sum())
+        for k in range(0, len(points), several)
+    )
+    return before <= LEAST_SHARE * len(points)

@@ -164,6 +164,7 @@ class Finished:
     reason: str
     line: Mapping[str, object]
     said: tuple[str, ...]
+    here: Pose2 | None = None
 
 
 class Chooser(Protocol):
@@ -234,7 +235,7 @@ class ChosenStops:
             around = replace(self._around.kept_off(margin), here=here)
             self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)
-            if isinstance(found, Chosen) and found.here is not None:
+            if found.here is not None:
                 self._base.stands_at(found.here)
                 self._record.note(self._placed())
             self._record.note(found.line)

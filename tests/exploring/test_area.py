@@ -195,14 +195,24 @@ def test_pictures_of_a_place_put_right_where_odometry_has_the_robot(tmp_path: Pa
         assert len(area.explorer.things) == 2
         off[aligned] = area.robot.true.between(area.base.place(area.robot.state))
         lines = read_log(folder)
-        assert any(line.get("result") == "placed" for line in lines) == aligned
-        assert any("odometry was off by" in line for line in area.heard.lines) == aligned
+        placed = sum(line.get("result") == "placed" for line in lines)
+        assert placed == sum("odometry was off by" in line for line in area.heard.lines)
+        assert bool(placed) == aligned
         # Who reads the folder has the robot's way and its sonars where it was.
         (run,) = runs_of(lines, folder)
         start = run.place(Pose2(), math.inf)
         assert area.base.start.between(start).heading == pytest.approx(0.0, abs=1e-9)
     assert abs(off[True].heading) < abs(off[False].heading)
     assert math.hypot(off[True].x, off[True].y) < math.hypot(off[False].x, off[False].y)
+
+
+@pytest.mark.parametrize("most", [5, 8])
+def test_what_the_last_pictures_say_of_where_it_stands_is_kept(tmp_path: Path, most: int) -> None:
+    area = Drifting(tmp_path, aligned=True, most=most)
+    area.run()
+    placed = sum(line.get("result") == "placed" for line in read_log(tmp_path))
+    assert placed == sum("odometry was off by" in line for line in area.heard.lines) > 0
+    assert area.explorer.next_stop(area.around, area.record.taken).here is None
 
 
 def test_a_run_that_resumes_stands_where_it_is_said_to_stand(tmp_path: Path) -> None:

@@ -83,6 +83,15 @@ def test_it_leaves_by_the_way_it_came_and_where_that_leads_to_nothing_as_from_an
     assert FloorWays(LATTICE, open_, began, (0.1, 0.0), began).route_to((-0.8, 0.0)) is None
 
 
+def test_where_something_was_found_beside_it_it_goes_back_and_not_on() -> None:
+    # It drove along x from -0.8 to 0; the cell in which it stands now is not open any more.
+    open_ = _all() & ~_wall(-0.5, 0.6, -1.0, 2.0)
+    driven = _wall(-0.9, 0.1, -0.15, 0.15)
+    ways = FloorWays(LATTICE, open_, _all(), (0.0, 0.0), open_ & driven, driven)
+    assert ways.route_to((-0.8, 0.0)) is not None
+    assert ways.route_to((0.8, 0.0)) is None
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(-0.9, 2.9), st.floats(-0.9, 1.9))
 def test_every_place_of_a_way_is_open(seed: int, x: float, y: float) -> None:
     open_ = np.random.default_rng(seed).uniform(size=LATTICE.shape) > 0.15

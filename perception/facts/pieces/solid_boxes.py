@@ -29,6 +29,8 @@ BEYOND = 0.05
 UNSEEN_SHARE = 0.5
 # A side is looked at in so many places along each axis.
 PLACES = 6
+# What touches is not over or under one another: so much is left out at each end, in cells.
+HALF_CELL = 0.5
 # An end lies anywhere within its cell.
 CELL_SD = 1.0 / np.sqrt(12.0)
 # What has no thickness has this one, in cells.
@@ -114,21 +116,27 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     low, high = np.array([_heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
     abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
-    abreast &= plan_overlap(boxes, up) <= OVER
+    abreast &= plan_overlap(boxes, up, -HALF_CELL) <= OVER
     return abreast
 
 
-def plan_overlap(boxes: Sequence[SolidBox], up: FloatArray, ends: float = 0.0) -> FloatArray:
+def plan_overlap(
+    boxes: Sequence[SolidBox], up: FloatArray, ends: float = 0.0, shift: Sequence[float] = (0, 0)
+) -> FloatArray:
     """Which share (n, n) of the smaller one's plan along up (3,) lies over or under the other's, if
-    each end lies so many cells further out.
+    each end lies so many cells further out, and the other so many further along both axes.
     """
     import shapely  # loaded only now: few models ask for it
 
-    plans = shapely.convex_hull(shapely.multipoints([_plan(box, up, ends) for box in boxes]))
+    outlines = [(_plan(box, up, ends), box.cell) for box in boxes]
+    plans = shapely.convex_hull(shapely.multipoints([plan for plan, _ in outlines]))
+    moved = shapely.convex_hull(
+        shapely.multipoints([plan + np.multiply(shift, cell) for plan, cell in outlines])
+    )
     areas = shapely.area(plans)
     share = np.zeros((len(boxes), len(boxes)))
-    one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
-    over = shapely.area(shapely.intersection(plans[one], plans[other]))
+    one, other = shapely.STRtree(moved).query(plans)  # of all others nothing is over the other
+    over = shapely.area(shapely.intersection(plans[one], moved[other]))
     least = np.minimum(areas[one], areas[other])
     # Very far from the origin a plan may have no area left in numbers.
     share[one, other] = np.divide(over, least, out=np.zeros(len(over)), where=least > 0.0)
@@ -142,10 +150,8 @@ def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
 
 
 def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
-    """Points (8, 2) of its plan, of which half a cell is left out at each end: what touches is not
-    over or under one another.
-    """
-    least = replace(box, half=np.maximum(box.half + (ends - 0.5) * box.cell, THIN * box.cell))
+    """Points (8, 2) of its plan, with each end so many cells further out."""
+    least = replace(box, half=np.maximum(box.half + ends * box.cell, THIN * box.cell))
     first = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     first /= np.linalg.norm(first)
     plan: FloatArray = least.at(_ENDS) @ np.array([first, np.cross(up, first)]).T
@@ -185,7 +191,12 @@ def known_overlaps(
     share = plan_overlap(ways, up)
     each = [share[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
     found, range_ = each[0], np.ptp(each, axis=0)
-    sd = np.abs(plan_overlap(boxes, up, CELL_SD) - plan_overlap(boxes, up, -CELL_SD)) / 2.0
+    # The ends of either may be anywhere in their cells: those of what is thin move as one.
+    both = CELL_SD * np.sqrt(2.0)
+    moves = ((both, 0.0), (-both, 0.0), (0.0, both), (0.0, -both))
+    other_ways = [plan_overlap(boxes, up, shift=move) for move in moves]
+    other_ways += [plan_overlap(boxes, up, ends) for ends in (CELL_SD, -CELL_SD)]
+    sd = np.abs(np.array(other_ways) - share[: len(boxes), : len(boxes)]).max(axis=0)
     for one, other in permutations(range(len(boxes)), 2):
         if range_[one, other] <= BEYOND:
             yield one, other, min(float(found[one, other]), 1.0), float(sd[one, other])

@@ -39,7 +39,8 @@ LEVEL_ENOUGH = float(np.cos(np.deg2rad(20.0)))
 
 SENSOR_WITHIN = (
     "the place that the points were seen from is inside a thing, whose outside cannot be seen from "
-    "there: give --sensor X,Y,Z where the scanner stood, or scan it from outside"
+    "there: give --sensor X,Y,Z where the scanner stood, or scan it from outside; or it is a room "
+    "with next to nothing in it, and all is well"
 )
 
 

@@ -20,7 +20,7 @@ from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MEND", "RESOLUTION", "Surface", "clean_mesh"]
+__all__ = ["MEND", "MOST_LOST", "RESOLUTION", "Surface", "clean_mesh"]
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6

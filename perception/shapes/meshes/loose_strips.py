@@ -10,7 +10,7 @@ import numpy as np
 
 from facetlog.perception.grouped import group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
+from facetlog.perception.shapes.meshes.clean_mesh import MOST_LOST, Surface, clean_mesh
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE
 
 __all__ = ["MANY_PARTS", "without_loose_strips"]
@@ -23,7 +23,7 @@ MANY_PARTS = 1_000
 def without_loose_strips(surface: Surface) -> Surface:
     """The surface, of which narrow loose parts are left out if there are many parts.
 
-    They are open, and narrower than its samples lie apart. Where all are, they stay.
+    They are open, and narrower than its samples lie apart. Where they are most of it, they stay.
     """
     count = int(surface.bodies.max()) + 1
     if count <= MANY_PARTS:
@@ -36,10 +36,12 @@ def without_loose_strips(surface: Surface) -> Surface:
     widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))
     is_open = np.bincount(surface.bodies, ~surface.closed, minlength=count) > 0
     strips = is_open & (widths < SPACING_SHARE * surface.size)
-    if not strips.any() or strips.all():
+    if not strips.any():
         return surface
     left = strips[surface.bodies]
     share = float(surface.areas[left].sum() / surface.areas.sum())
+    if share > MOST_LOST:
+        return surface
     line = (
         f"{int(strips.sum()):,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were "
         f"left out, {100.0 * share:.2g}% of its surface"

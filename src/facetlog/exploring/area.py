@@ -74,7 +74,7 @@ class AreaExplorer:
         """Whether it ended by itself."""
         self._said: list[str] = []
         self._here: Pose2 | None = None
-        self._earlier: frozenset[str] = frozenset()
+        self._earlier: set[str] = set()
         self._sent: tuple[str, int] | None = None
         self._sweeps = Sweeps(self.floor)
 
@@ -104,7 +104,7 @@ class AreaExplorer:
         self.floor.add(visit.driven.beams)
         taken = visit.taken
         there = {view.name for view in taken}
-        self._earlier = frozenset(there)
+        self._earlier = set(there)
         self._sweeps.resume(line for line in lines if line.get("image") in there)
         ends, parts = ends_of(lines), parts_of(lines)
         for place in places_of(lines):
@@ -304,8 +304,10 @@ class AreaExplorer:
         own = group.taken(taken)
         if not own or own[-1].name != taken[-1].name or own[-1].name not in group.poses:
             return None
+        # Whoever resumes says where it stands; and what a view says of that counts once.
         if own[-1].name in self._earlier:
-            return None  # Whoever resumes says where it stands.
+            return None
+        self._earlier.add(own[-1].name)
         found = standing_by_pictures(here, own[-1], group.poses[own[-1].name])
         if found is not None:
             self._said.append(f"place {group.number}: {moved_beside(here, found)}")
@@ -336,7 +338,7 @@ class AreaExplorer:
         self.reached = not why
         reason = end_of_area(why, self.area, self.floor, self.groups, self.things, around, kept)
         line = {"result": EXPLORED, "reason": reason, "undecided": [], **ends_json(ended)}
-        return Finished(reason, line, tuple(self._said))
+        return Finished(reason, line, tuple(self._said), self._here)
 
 
 def _beside_what_was_asked(group: Group) -> float:

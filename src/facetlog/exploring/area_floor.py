@@ -177,8 +177,9 @@ class AreaFloor:
             bare &= off >= min(circle.radius, circle.distance(here))
             open_ &= off >= circle.radius
         # Whatever overhangs what is heard there by now: the robot came by with its mast.
-        came = open_ & self._driven()
-        return FloorWays(self.lattice, open_ & ~near, bare, here, came)
+        driven = self._driven()
+        came, back = open_ & driven, bare & driven
+        return FloorWays(self.lattice, open_ & ~near, bare, here, came, back)
 
     def _lately(self, radius: float) -> NDArray[np.bool_]:
         """As `bodies`, as far back as odometry knows them to a cell: since then something may have

@@ -64,8 +64,8 @@ class FloorWays:
     """Ways from `here` over the cells that are `open_` (rows, columns) for the robot's middle, or
     that it `came` by.
 
-    From where they lead to none that is open it leaves through those that are `bare`: it fits in,
-    no more.
+    From where they lead to none that is open it goes `back` through more of the way it came, and
+    where that leads to none through those that are `bare`: it fits in, no more.
     """
 
     def __init__(
@@ -75,12 +75,16 @@ class FloorWays:
         bare: NDArray[np.bool_],
         here: Point,
         came: NDArray[np.bool_] | None = None,
+        back: NDArray[np.bool_] | None = None,
     ) -> None:
         self._lattice, self._here = lattice, here
         self._start = lattice.cell(here)
         self.open = open_ if came is None else open_ | came
         if lattice.holds(self._start) and not np.isfinite(self._steps(self.open)[open_]).any():
-            self.open = self.open | self._exit(open_, bare)
+            out = None if back is None else self._exit(open_, self.open | back)
+            if out is None or not out.any():
+                out = self._exit(open_, bare)
+            self.open = self.open | out
 
     def _exit(self, open_: NDArray[np.bool_], bare: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """The cells by which it leaves a place that is not open: as few as lead to one that is."""

@@ -159,3 +159,14 @@ def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:
     # Two ends of the overlap along x, less what the width of a metre grows by alike.
     assert sds[0] == pytest.approx(1.5 * 0.01 / math.sqrt(12.0), rel=0.1)
     assert sds[1] == pytest.approx(2.0 * sds[0], rel=0.1)
+
+
+@pytest.mark.parametrize("thick", [0.003, 0.01, 0.02])
+def test_whether_a_thin_board_stands_on_the_rim_of_another_is_not_sure(thick: float) -> None:
+    seat = replace(_board(0.0, 0.4), cell=0.02)
+    half = np.array([thick / 2.0, 0.5, 0.3])
+    for x, share in ((0.0, 1.0), (0.5, 0.5), (0.7, 0.0)):
+        back = replace(seat, middle=np.array([x, 0.0, 0.7]), half=half)
+        (found, sd), *_ = [(r, sd) for _, _, r, sd in known_overlaps([seat, back], UP)]
+        assert found == pytest.approx(share, abs=0.01)
+        assert (sd > 0.25) == (x == 0.5)
