@@ -11,6 +11,7 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import FARTHEST, driven
 from facetlog.robot.collecting.request import TRAFFIC_FILE
+from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
@@ -19,13 +20,13 @@ from tests.patience import allowed
 
 
 def test_without_a_log_nothing_is_known(tmp_path: Path) -> None:
-    assert driven(tmp_path, ((0.0, Pose2()),)) == driven(tmp_path, ())
+    assert driven(tmp_path, (Run(0.0, ((0.0, Pose2()),)),)) == driven(tmp_path, ())
 
 
 def test_a_log_that_is_none_is_refused_with_its_line(tmp_path: Path) -> None:
     (tmp_path / TRAFFIC_FILE).write_text('{"start": "yesterday"}\n', encoding="utf-8")
     with pytest.raises(InputError, match=r"traffic\.jsonl:1: is no line of a traffic log"):
-        driven(tmp_path, ((0.0, Pose2()),))
+        driven(tmp_path, (Run(0.0, ((0.0, Pose2()),)),))
 
 
 @pytest.mark.slow
@@ -48,7 +49,7 @@ def test_echoes_of_a_session_lie_on_what_stands_before_the_robot(tmp_path: Path)
             station.stop()
             thread.join()
     start = Pose2(2.0, 3.0, math.pi / 2)
-    found = driven(tmp_path, ((began, start),))
+    found = driven(tmp_path, (Run(began, ((began, start),)),))
     assert found.radius > 0.2
     # Its front is at y = 3 + 1.2 in that world.
     ahead = [b for b in found.beams if abs(b.heading - math.pi / 2) < math.radians(20) and b.echo]
