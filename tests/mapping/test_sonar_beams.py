@@ -57,4 +57,4 @@ def test_echoes_of_a_session_lie_on_what_stands_before_the_robot(tmp_path: Path)
     for beam in ahead:
         assert beam.y + beam.range == pytest.approx(4.2, abs=0.06)
     assert all(0.0 < beam.range <= FARTHEST for beam in found.beams)
-    assert driven(tmp_path, ((began - 3600.0, start),)).beams == ()
+    assert driven(tmp_path, (Run(began - 3600.0, ((began - 3600.0, start),)),)).beams == ()
