@@ -109,6 +109,7 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     from facetlog.mapping.place import is_area
     from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, Finished, place_sd
     from facetlog.robot.collecting.record import read_log, read_record
+    from facetlog.robot.collecting.run_sessions import runs_of
 
     lines = read_log(folder)
     around = Around.recorded(lines)
@@ -116,7 +117,10 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     if taken:
         newest = max(taken, key=lambda view: view.time)
         margin = min(place_sd(newest.covariance), MOST_DRIFT if is_area(lines) else math.inf)
-        around = replace(around.kept_off(margin), here=newest.robot)
+        # Pictures may have put right since then where it stands.
+        runs = [run for run in runs_of(lines, folder) if run.began <= newest.time]
+        here = runs[-1].place(newest.odometry, newest.time) if runs else newest.robot
+        around = replace(around.kept_off(margin), here=here)
     found = explorer.next_stop(around, taken)
     if as_json:
         typer.echo(json.dumps(found.line, indent=1))

@@ -29,7 +29,11 @@ from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.floor_ways import FloorWays
 from facetlog.exploring.needs import Interest
 from facetlog.exploring.on_the_way import view_on_the_way
-from facetlog.exploring.standing import moved_beside, standing_by_pictures
+from facetlog.exploring.standing import (
+    may_be_off_so_far,
+    moved_beside,
+    standing_by_pictures,
+)
 from facetlog.exploring.sweeps import Sweeps
 from facetlog.mapping.place import OVERHANG, Place, places_of, thing_at
 from facetlog.mapping.placed_thing import pose_covariance_at
@@ -308,10 +312,14 @@ class AreaExplorer:
         if own[-1].name in self._earlier:
             return None
         self._earlier.add(own[-1].name)
-        found = standing_by_pictures(here, own[-1], group.poses[own[-1].name])
-        if found is not None:
-            self._said.append(f"place {group.number}: {moved_beside(here, found)}")
-        return found
+        last, aligned = own[-1], group.poses[own[-1].name]
+        found = standing_by_pictures(here, last, aligned)
+        said = f"place {group.number}: {moved_beside(here, found)}"
+        if may_be_off_so_far(last, aligned):
+            self._said.append(said)
+            return found
+        self._said.append(f"{said}, which it cannot be: it was pushed, or something moved")
+        return None
 
     def _again(
         self, around: Around, ways: FloorWays, taken: Sequence[Taken], number: int

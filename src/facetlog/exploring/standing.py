@@ -14,26 +14,34 @@ from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["moved_beside", "standing_by_pictures"]
+__all__ = ["may_be_off_so_far", "moved_beside", "standing_by_pictures"]
 
 
-def standing_by_pictures(here: Pose2, last: Taken, aligned: Pose) -> Pose2 | None:
-    """Where the robot stands in the world; None where pictures do not say.
-
-    By odometry it is `here`, since it took its `last` view of the place, of which the covariance is
-    that beside the first one. `aligned` is the pose of that view by the pictures: one that odometry
-    cannot be off by is none.
+def standing_by_pictures(here: Pose2, last: Taken, aligned: Pose) -> Pose2:
+    """Where the robot stands in the world, which is `here` by its odometry since it took its `last`
+    view of a place; `aligned` is the pose of that view by the pictures.
     """
-    rotation: FloatArray = aligned.rotation @ last.pose.rotation.T
-    turn = math.atan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1])
-    (x, y), (to_x, to_y) = last.pose.centre[:2].tolist(), aligned.centre[:2].tolist()
-    off = np.array([to_x - x, to_y - y, wrapped(turn)])
+    x, y, turn = _off(last, aligned)
+    at = Pose2(*last.pose.centre[:2].tolist())
+    return Pose2(at.x + x, at.y + y, turn).compose(at.between(here))
+
+
+def may_be_off_so_far(last: Taken, aligned: Pose) -> bool:
+    """Whether odometry may be off as the pictures say, at three standard deviations of what drifted
+    since the first view of the place.
+    """
+    off = np.array(_off(last, aligned))
     rows = [0, 1, 5]
     cov = last.covariance[np.ix_(rows, rows)]
-    if off @ np.linalg.solve(cov, off) > chi2.ppf(GATE_SHARE, len(rows)):
-        return None
-    beside = Pose2(x, y).between(here)
-    return Pose2(to_x, to_y, turn).compose(beside)
+    return bool(off @ np.linalg.solve(cov, off) <= chi2.ppf(GATE_SHARE, len(rows)))
+
+
+def _off(last: Taken, aligned: Pose) -> tuple[float, float, float]:
+    """How far the world lies off by a view, as its x, y and turn about the view's place."""
+    rotation: FloatArray = aligned.rotation @ last.pose.rotation.T
+    turn = math.atan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1])
+    x, y = (aligned.centre - last.pose.centre)[:2].tolist()
+    return x, y, wrapped(turn)
 
 
 def moved_beside(here: Pose2, found: Pose2) -> str:
