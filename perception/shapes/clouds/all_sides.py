@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["covers_all_sides", "least_hidden"]
+__all__ = ["covers_all_sides", "even_directions", "least_hidden"]
 
 # Directions to look along, each from both ends: none is further than 15 degrees from one of them.
 DIRECTIONS = 48
@@ -39,14 +39,18 @@ def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
     """
     width = max(CELL_SPACINGS * spacing, 1e-300)
     gap = max(GAP_SDS * noise, GAP_CELLS * width)
-    shares = [share for way in _directions() for share in _hidden(points, way, width, gap)]
+    shares = [
+        share
+        for way in even_directions(DIRECTIONS, lowest=0.0)
+        for share in _hidden(points, way, width, gap)
+    ]
     return min(shares)
 
 
-def _directions() -> FloatArray:
-    """Unit vectors (48, 3) evenly over half of the sphere: points of a spiral."""
-    nth = np.arange(DIRECTIONS)
-    height = (nth + 0.5) / DIRECTIONS
+def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
+    """So many unit vectors (count, 3) evenly over the sphere above a height: points of a spiral."""
+    nth = np.arange(count)
+    height = lowest + (1.0 - lowest) * (nth + 0.5) / count
     radius = np.sqrt(1.0 - height**2)
     turn = GOLDEN_TURN * nth
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.shapes.clouds.all_sides import GOLDEN_TURN
+from facetlog.perception.shapes.clouds.all_sides import even_directions
 from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.space.flooding import OPEN_SHARE
 from facetlog.perception.types import FloatArray
@@ -41,36 +41,26 @@ def things_round_a_sensor(
     places = np.unique(seen_from[known], axis=0)
     if len(places) > MOST_PLACES:
         return ()
-    found = [
-        body
-        for body in range(int(bodies.max(initial=-1)) + 1)
-        if any(_goes_round(points, bodies == body, place, up) for place in places)
-    ]
+    found = []
+    for body in range(int(bodies.max(initial=-1)) + 1):
+        own = points[bodies == body]
+        low, high = own.min(axis=0), own.max(axis=0)
+        within = places[((places > low) & (places < high)).all(axis=1)]
+        if any(_goes_round(own, points, place, up) for place in within):
+            found.append(body)
     return tuple(found)
 
 
 def _goes_round(
-    points: FloatArray, own: NDArray[np.bool_], place: FloatArray, up: FloatArray | None
+    own: FloatArray, points: FloatArray, place: FloatArray, up: FloatArray | None
 ) -> bool:
-    """Whether a thing, of its `own` points (n,), and no room, goes round a place."""
-    low, high = points[own].min(axis=0), points[own].max(axis=0)
-    if not ((place > low) & (place < high)).all():
-        return False
-    rays = points[own] - place
+    """Whether a thing, of its `own` points (k, 3) of all, and no room, goes round a place."""
+    rays = own - place
     ways = rays / np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
-    directions = _even_directions(DIRECTIONS)
+    directions = even_directions(DIRECTIONS)
     asked = np.ones(len(directions), dtype=bool) if up is None else directions @ up > 0.0
     closed = np.zeros(len(directions), dtype=bool)
     closed[cKDTree(directions).query(ways)[1]] = True
     if not asked.any() or float((~closed[asked]).mean()) > OPEN_SHARE:
         return False
-    return is_empty_shell(points[own], points, place)
-
-
-def _even_directions(count: int) -> FloatArray:
-    """So many unit vectors (count, 3) evenly over the sphere: points of a spiral."""
-    nth = np.arange(count)
-    height = (2.0 * nth + 1.0) / count - 1.0
-    radius = np.sqrt(1.0 - height**2)
-    turn = GOLDEN_TURN * nth
-    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height])
+    return is_empty_shell(own, points, place)

@@ -20,7 +20,7 @@ from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MEND", "MOST_LOST", "RESOLUTION", "Surface", "clean_mesh"]
+__all__ = ["MEND", "MOST_LOST", "RESOLUTION", "Surface", "boxes_round", "clean_mesh"]
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
@@ -105,6 +105,16 @@ def clean_mesh(mesh: Mesh) -> Surface:
     normals /= double[:, None]
     surface = _wound(points, triangles, normals, 0.5 * double, centre, size)
     return replace(surface, name=mesh.name, warnings=warnings)
+
+
+def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatArray, FloatArray]:
+    """The lowest and the highest corner (count, 3) of the box round each part; of triangles
+    (m, 3, 3) `part` (m,) says which it is of.
+    """
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, part, corners.min(axis=1))
+    np.maximum.at(high, part, corners.max(axis=1))
+    return low, high
 
 
 def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:

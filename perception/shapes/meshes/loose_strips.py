@@ -10,7 +10,12 @@ import numpy as np
 
 from facetlog.perception.grouped import group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.shapes.meshes.clean_mesh import MOST_LOST, Surface, clean_mesh
+from facetlog.perception.shapes.meshes.clean_mesh import (
+    MOST_LOST,
+    Surface,
+    boxes_round,
+    clean_mesh,
+)
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE
 
 __all__ = ["MANY_PARTS", "without_loose_strips"]
@@ -28,9 +33,7 @@ def without_loose_strips(surface: Surface) -> Surface:
     count = int(surface.bodies.max()) + 1
     if count <= MANY_PARTS:
         return surface
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, surface.bodies, surface.corners.min(axis=1))
-    np.maximum.at(high, surface.bodies, surface.corners.max(axis=1))
+    low, high = boxes_round(surface.corners, surface.bodies, count)
     areas = group_sums(surface.bodies, surface.areas, count)
     # Of a triangle that is the height on its longest side; of a box much more than any width.
     widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices, joined
-from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface
+from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, boxes_round
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
@@ -59,9 +59,7 @@ class _Parts:
     @classmethod
     def of(cls, corners: FloatArray, part: Indices, count: int, name: str) -> "_Parts":
         """Of triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
-        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-        np.minimum.at(low, part, corners.min(axis=1))
-        np.maximum.at(high, part, corners.max(axis=1))
+        low, high = boxes_round(corners, part, count)
         extents = np.sqrt(((high - low) ** 2).sum(axis=1))
         pairs = _boxes_near(low, high, GROWN * NEAR_SHARE * extents, name)
         largest = extents.copy()

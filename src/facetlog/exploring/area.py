@@ -78,7 +78,7 @@ class AreaExplorer:
         """Whether it ended by itself."""
         self._said: list[str] = []
         self._here: Pose2 | None = None
-        self._earlier: set[str] = set()
+        self._counted: set[str] = set()
         self._sent: tuple[str, int] | None = None
         self._sweeps = Sweeps(self.floor)
 
@@ -108,7 +108,7 @@ class AreaExplorer:
         self.floor.add(visit.driven.beams)
         taken = visit.taken
         there = {view.name for view in taken}
-        self._earlier = set(there)
+        self._counted = set(there)
         self._sweeps.resume(line for line in lines if line.get("image") in there)
         ends, parts = ends_of(lines), parts_of(lines)
         for place in places_of(lines):
@@ -309,9 +309,9 @@ class AreaExplorer:
         if not own or own[-1].name != taken[-1].name or own[-1].name not in group.poses:
             return None
         # Whoever resumes says where it stands; and what a view says of that counts once.
-        if own[-1].name in self._earlier:
+        if own[-1].name in self._counted:
             return None
-        self._earlier.add(own[-1].name)
+        self._counted.add(own[-1].name)
         last, aligned = own[-1], group.poses[own[-1].name]
         found = standing_by_pictures(here, last, aligned)
         said = f"place {group.number}: {moved_beside(here, found)}"
