@@ -510,15 +510,19 @@ def test_a_browser_that_has_no_webgl_is_told_so(text: str, tmp_path: Path) -> No
 def test_a_page_that_listens_only_after_its_3d_view_spoke_asks_it_again(
     text: str, tmp_path: Path
 ) -> None:
-    head, script = text.rsplit("<script>", 1)
+    body, script = text.rsplit("<script>", 1)
+    # From the head on, for the view may speak before its page is read to the end.
     late = """<script>
-      addEventListener("message", () => setTimeout(() => {
+      const read = new Promise((go) => addEventListener("DOMContentLoaded", go));
+      const spoke = new Promise((go) => addEventListener("message", go, { once: true }));
+      Promise.all([read, spoke]).then(() => {
         const script = document.createElement("script");
         script.textContent = document.querySelector("#late").textContent;
         document.body.append(script);
-      }), { once: true });
+      });
     </script>"""
-    text = head + late + '<script type="text/plain" id="late">' + script
+    text = body.replace("<head>", "<head>" + late, 1)
+    text += '<script type="text/plain" id="late">' + script
     until = "document.querySelector('#without-3d')"
     assert "it has no WebGL" in _in_browser(text, tmp_path, until, graphics=("--disable-3d-apis",))
 
