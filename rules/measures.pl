@@ -146,6 +146,8 @@ hidden_part(Measure, piece_unseen(P, Name, IfFree, IfFull), IfFree, IfFull) :-
     sub_atom(OfPiece, 0, 6, _, piece_),
     atom_concat(piece_, Name, OfPiece),
     measure_of_space(Name).
+hidden_part(Measure, piece_unseen(P, Name, IfFree, IfFull), IfFree, IfFull) :-
+    extent_of_piece(Measure, P, Name).
 hidden_part(shelves_below(F), shelves_unseen(F, Fewest, Most), Fewest, Most).
 hidden_part(piece_shelves_below(P), piece_unseen(P, shelves_below, Fewest, Most), Fewest, Most).
 
@@ -176,6 +178,14 @@ measure_of_space(front_depth).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).
+
+%   A piece that was seen in part may be longer.
+extent_of_piece(piece_length(P), P, length).
+extent_of_piece(piece_width(P), P, width).
+extent_of_piece(piece_height(P), P, height).
+extent_of_piece(piece_elevation(P), P, elevation).
+extent_of_piece(piece_top_of(P), P, top_of).
+extent_of_piece(piece_bottom_of(P), P, bottom_of).
 
 %   Ends and middle of a piece or opening: its highest and its lowest point are known alike.
 height_between_ends(Of, Height, Sd) :-

@@ -1,9 +1,11 @@
 """Models of pieces and openings, judged of solids: what holds, and why, in all ways alike."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from facetlog.kb.batch_judge import BatchJudge
@@ -290,3 +292,49 @@ def test_a_board_that_nobody_saw_is_played_by_none_that_lies_otherwise(worded: L
     block = _alike(worded, "block", _scene("cuboid"))["pit"]
     assert block.state is State.FAILS
     assert next(part.faces for part in block.parts if part.role == "floor")
+
+
+POSTS_SEEN_IN_PART = """
+model post
+  "A post nearly as high as its thing."
+  piece post where post is upright
+  top: top_of(post) at least 95 % of height(this)
+  high: height(post) at least 80 % of height(this)
+
+model stump
+  "A post half as high."
+  piece post where post is upright
+  top: top_of(post) at least 95 % of height(this)
+  low: height(post) at most 60 % of height(this)
+
+model tower
+  "A post that is higher than its thing."
+  piece post where post is upright
+  tower: height(post) at least 120 % of height(this)
+"""
+
+
+def test_a_post_whose_foot_nobody_saw_may_reach_down_to_the_ground(tmp_path: Path) -> None:
+    slab, screen = ((0.0, 0.0, 0.0), (1.0, 0.6, 0.05)), ((0.0, 0.0, 0.05), (1.0, 0.05, 0.5))
+    post, shown = ((0.44, 0.4, 0.05), (0.56, 0.52, 1.0)), ((0.44, 0.4, 0.45), (0.56, 0.52, 1.0))
+    solid, eye = of_boxes(slab, screen, post), np.array([1.5, -3.0, 0.8])
+    scan = scanned(of_boxes(slab, screen, shown), eye)
+    scan = replace(scan, sights=scanned(solid, eye).sights)
+    path = tmp_path / "posts.model"
+    path.write_text(POSTS_SEEN_IN_PART, encoding="utf-8")
+    states = {}
+    with KnowledgeBase() as base, BatchJudge([path]) as judge:
+        base.load_rules(path)
+        for name, scene in (("solid", solid), ("scan", scan)):
+            facts, more = scene_facts(scene), facts_on_demand(scene)
+            rows = tuple(fact.row for fact in (*facts, *more))
+            base.load_scene(name, rows)
+            states[name] = {m: base.judge(name, m, "t1").state for m in ("post", "stump", "tower")}
+            (columns,) = fact_columns([scene], {kind for kind, _ in judge.needed})
+            brief = {v.model: v.state for v in judge.judge_columns(columns) if v.thing == "t1"}
+            assert states[name].items() <= brief.items()
+    holds, fails, unknown = State.HOLDS, State.FAILS, State.UNKNOWN
+    assert states == {
+        "solid": {"post": holds, "stump": fails, "tower": fails},
+        "scan": {"post": unknown, "stump": unknown, "tower": fails},
+    }

@@ -84,7 +84,9 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_unseen +P:piece +Measure:symbol IfFree:number IfFull:number",
         _MAYBE,
-        "what that measure comes to if all unseen space is free, and if all is full",
+        "what that measure of its level, or its `length`, `width`, `height`, `elevation`, `top_of` "
+        "or `bottom_of` comes to if all unseen space is free, and if all is full; its depth behind "
+        "a face that it shows is taken as what was seen of it",
         "no unseen space could change the measure",
     ),
 )

@@ -1,7 +1,8 @@
 """Facts about the pieces of things and their openings: what they are like, and how they meet."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,12 @@ from facetlog.perception.facts.pieces.opening_facts import (
     openings_of,
     rim_rows,
 )
-from facetlog.perception.facts.pieces.solid_boxes import SolidBox, known_of_two, known_overlaps
+from facetlog.perception.facts.pieces.solid_boxes import (
+    SolidBox,
+    heights,
+    known_of_two,
+    known_overlaps,
+)
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
@@ -70,7 +76,7 @@ def shown_pieces(scene: Scene) -> ShownPieces:
     )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=False)
 class _Found:
     # The pieces of one thing, and what they are called.
     filled: FilledSpace
@@ -83,8 +89,7 @@ class _Found:
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         """Functors and arguments; `face_names` (f,) are those of all faces."""
         lattice = self.filled.space.lattice
-        ground = float(lattice.corner[2])
-        for name, piece in zip(self.names, self.pieces.pieces, strict=True):
+        for name, piece, box in zip(self.names, self.pieces.pieces, self._boxes, strict=True):
             yield "piece", (name,)
             yield "piece_of", (name, self.thing)
             sizes = (piece.length.value, piece.width.value, piece.thickness.value)
@@ -95,12 +100,13 @@ class _Found:
             for face in piece.faces:
                 yield "piece_face", (name, face_names[face])
             if self.up is not None:
-                low, high = max(0.0, piece.low - ground), piece.high - ground
-                yield "piece_heights", (name, low, high, piece.length.sd)
+                yield "piece_heights", (name, *self._heights(piece), piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
-                if low < lattice.cell:
+                if self._heights(piece)[0] < lattice.cell:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
+            for measure, if_free, if_full in self._hidden_extents(piece, box):
+                yield "piece_unseen", (name, measure, if_free, if_full)
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
@@ -116,9 +122,10 @@ class _Found:
 
     def overlaps(self) -> Iterator[tuple[str, str, float, float]]:
         """The arguments of the facts about which share of each two pieces' plans is the other's."""
-        for one, other, share, sd in known_overlaps(self._boxes(), self.up):
+        for one, other, share, sd in known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
+    @cached_property
     def _boxes(self) -> list[SolidBox]:
         return [SolidBox.of_piece(piece, self.filled.space) for piece in self.pieces.pieces]
 
@@ -136,13 +143,47 @@ class _Found:
 
     def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
         """By functor the arguments of the facts about what lies inside, or beside, what."""
-        boxes = [*self._boxes(), *(SolidBox.of_opening(opening) for _, opening in named)]
+        boxes = [*self._boxes, *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
         found: dict[str, list[tuple[str, str, str]]] = {}
         for relation, one, other, so in known_of_two(boxes, self.up):
             known = "yes" if so else "no"
             found.setdefault(relation, []).append((every[one], every[other], known))
         return found
+
+    def _heights(self, piece: Piece) -> tuple[float, float]:
+        """Its lowest and its highest point above the lowest one of its thing."""
+        ground = float(self.filled.space.corner[2])
+        return max(0.0, piece.low - ground), piece.high - ground
+
+    def _hidden_extents(self, piece: Piece, box: SolidBox) -> Iterator[tuple[str, float, float]]:
+        """The extents that unseen space may change, as they were seen and if all of it is full.
+
+        How deep a piece goes behind a face that it shows is taken as what was seen of it: only its
+        length may go on there.
+        """
+        faces = (face for face in self.filled.surface.faces if face.index in piece.faces)
+        across = np.array([face.normal for face in faces]).reshape(-1, 3) @ box.axes.T
+        reaches = box.reaches.copy()
+        reaches[[axis for axis in np.abs(across).argmax(axis=1).tolist() if axis]] = 0.0
+        if not reaches.any():
+            return
+        most = replace(box, reaches=reaches).widest
+        length, width, _ = sorted(2.0 * most.half, reverse=True)
+        changes = [("length", piece.length.value, length), ("width", piece.width.value, width)]
+        if self.up is not None:
+            bottom, top = self._heights(piece)
+            seen, all_ = heights(box, self.up), heights(most, self.up)
+            lowest, highest = max(0.0, bottom + all_[0] - seen[0]), top + all_[1] - seen[1]
+            changes += [
+                ("bottom_of", bottom, lowest),
+                ("top_of", top, highest),
+                ("height", top - bottom, highest - lowest),
+                ("elevation", (bottom + top) / 2.0, (lowest + highest) / 2.0),
+            ]
+        for measure, if_free, if_full in changes:
+            if abs(if_full - if_free) > piece.length.sd:
+                yield measure, if_free, float(if_full)
 
     def _level(
         self, name: str, piece: Piece, up: FloatArray

@@ -17,7 +17,15 @@ from facetlog.perception.space.openings import HALF, Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SolidBox", "beside", "inside", "known_of_two", "known_overlaps", "plan_overlap"]
+__all__ = [
+    "SolidBox",
+    "beside",
+    "heights",
+    "inside",
+    "known_of_two",
+    "known_overlaps",
+    "plan_overlap",
+]
 
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
@@ -46,23 +54,22 @@ _ON_SIDE = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)
 @dataclass(frozen=True, eq=False, slots=True)
 class SolidBox:
     """The box round a piece or opening: its `middle` (3,), its directions as rows of `axes` (3, 3),
-    and half its extents (3,) along them; `reaches` (3, 2) says past which of its sides, the lower
-    and the upper one along each axis, it may go on in unseen space. A length is exact to a `cell`.
+    and half its extents (3,) along them; `reaches` (3, 2) says how far past each of its sides, the
+    lower and the upper one along each axis, unseen space goes on. A length is exact to a `cell`.
     """
 
     middle: FloatArray
     axes: FloatArray
     half: FloatArray
     cell: float
-    reaches: NDArray[np.bool_]
+    reaches: FloatArray
 
     @classmethod
     def of_piece(cls, piece: Piece, space: Space) -> Self:
         """That of a piece in its thing's space."""
         extents = (piece.length.value, piece.width.value, piece.thickness.value)
-        none = np.zeros((3, 2), dtype=np.bool_)
-        box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, none)
-        return replace(box, reaches=_unseen_sides(box, space))
+        box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, np.zeros((3, 2)))
+        return replace(box, reaches=_unseen_beyond(box, space)) if space.unseen else box
 
     @classmethod
     def of_opening(cls, opening: Opening) -> Self:
@@ -72,30 +79,35 @@ class SolidBox:
         middle: FloatArray = (low + high) / 2.0 @ lattice.axes
         half = (high - low) / 2.0
         half[list(opening.across)] -= HALF * lattice.cell
-        none = np.zeros((3, 2), dtype=np.bool_)
-        return cls(middle, lattice.axes, half, lattice.cell, none)
+        return cls(middle, lattice.axes, half, lattice.cell, np.zeros((3, 2)))
 
     def at(self, places: FloatArray) -> FloatArray:
         """Places (n, 3) in the scene's frame, from such in its half extents: -1 to 1 each way."""
         found: FloatArray = self.middle + (places * self.half) @ self.axes
         return found
 
-    def widest(self, reach: float) -> "SolidBox":
-        """The box as far as it may go on, by so much."""
-        low, high = (reach * self.reaches).T
+    @property
+    def widest(self) -> "SolidBox":
+        """The box as far as it may go on."""
+        low, high = self.reaches.T
         middle = self.middle + (high - low) / 2.0 @ self.axes
         return replace(self, middle=middle, half=self.half + (high + low) / 2.0)
 
 
-def _unseen_sides(box: SolidBox, space: Space) -> NDArray[np.bool_]:
-    found = np.zeros((3, 2), dtype=np.bool_)
+def _unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
+    """How far (3, 2) from each side most of what lies right before it is unseen all the way."""
+    found = np.zeros((3, 2))
     for axis, side in product(range(3), range(2)):
         sense = 2.0 * side - 1.0
-        places = np.insert(_ON_SIDE, axis, sense, axis=1)
-        before = box.at(places) + sense * box.cell * box.axes[axis]
-        numbers = space.lattice.numbers(space.lattice.local(before))
-        unseen = (space.cells.ravel()[numbers] == State.UNSEEN) & (numbers >= 0)
-        found[axis, side] = float(unseen.mean()) > UNSEEN_SHARE
+        places = box.at(np.insert(_ON_SIDE, axis, sense, axis=1))
+        unseen = np.ones(len(places), dtype=np.bool_)
+        for _ in range(sum(space.lattice.shape)):
+            places += sense * box.cell * box.axes[axis]
+            numbers = space.lattice.numbers(space.lattice.local(places))
+            unseen &= (space.cells.ravel()[numbers] == State.UNSEEN) & (numbers >= 0)
+            if float(unseen.mean()) <= UNSEEN_SHARE:
+                break
+            found[axis, side] += box.cell
     return found
 
 
@@ -113,7 +125,7 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
     """Which box stands beside which (n, n) along up (3,): they are about as high above the ground,
     and neither is over or under the other.
     """
-    low, high = np.array([_heights(box, up) for box in boxes]).T
+    low, high = np.array([heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
     abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
     abreast &= plan_overlap(boxes, up, -HALF_CELL) <= OVER
@@ -143,8 +155,8 @@ def plan_overlap(
     return share
 
 
-def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
-    """From where to where it reaches; half a cell more each way, as far as that is known."""
+def heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
+    """From where to where along up (3,) it reaches; half a cell more each way, as it is known."""
     heights = box.at(_ENDS) @ up
     return float(heights.min()) - box.cell / 2.0, float(heights.max()) + box.cell / 2.0
 
@@ -206,8 +218,7 @@ def _both_ways(
     boxes: Sequence[SolidBox],
 ) -> tuple[list[SolidBox], NDArray[np.intp], NDArray[np.intp]]:
     """The boxes as they were found and as far as they may reach; of each the index of both."""
-    reach = 2.0 * sum(float(np.linalg.norm(box.half)) for box in boxes)
     on = [i for i, box in enumerate(boxes) if box.reaches.any()]
     least, most = np.arange(len(boxes)), np.arange(len(boxes))
     most[on] = len(boxes) + np.arange(len(on))
-    return [*boxes, *(boxes[i].widest(reach) for i in on)], least, most
+    return [*boxes, *(boxes[i].widest for i in on)], least, most
