@@ -151,6 +151,8 @@ class MobileBase:
         self._robot, self._pace = robot, pace
         self.start = start
         """The pose of odometry's origin in the world."""
+        self.driven = 0.0
+        """How far it has driven by odometry, metres."""
         self._closed, self._moved, self._body = closed, moved, body
         self._heard = heard
         self._last: RobotView | None = None
@@ -285,6 +287,7 @@ class MobileBase:
             # The time may have passed while this program was held up; the driver reports that.
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         self._last = later
+        self.driven += math.dist((state.pose.x, state.pose.y), (later.pose.x, later.pose.y))
         if self._moved is not None:
             self._moved(later.at, self.place(later))
         if self._heard is not None:

@@ -28,12 +28,6 @@ class DrivenWay:
         """Times (seconds since 1970) and poses, those of earlier runs first."""
         if resume and self._path.is_file():
             self.stamped = read_robot_tum(self._path)
-        self._earlier = len(self.stamped)
-
-    @property
-    def driven(self) -> tuple[Pose2, ...]:
-        """The poses of this run."""
-        return tuple(place for _, place in self.stamped[self._earlier :])
 
     def moved(self, at: float, place: Pose2) -> None:
         """Takes the pose of a report."""

@@ -11,8 +11,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
@@ -212,10 +210,10 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             raise
         mapped = _mapped(request, seen, record.taken, way, inner, radius)
         mapped.draw(request.folder)
-    places = np.array([(place.x, place.y) for place in way.driven]).reshape(-1, 2)
-    driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
     reason = stops.reason if isinstance(stops, ChosenStops) else ""
-    return Collected(plan, ended, record.taken, driven, time.monotonic() - began, mapped, reason)
+    return Collected(
+        plan, ended, record.taken, base.driven, time.monotonic() - began, mapped, reason
+    )
 
 
 def _warn_of_odometry(listener: Listener, problem: Problem) -> None:

@@ -19,17 +19,21 @@ PLACED = "placed"
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A run of a collection: when it began, and from when on which pose in the world odometry's
-    origin had, the first one from its beginning; seconds since 1970.
+    """A run of a collection: when it began, and after when odometry's origin had which pose in the
+    world, the first one from its beginning; seconds since 1970.
     """
 
     began: float
     origins: tuple[tuple[float, Pose2], ...]
 
+    def origin(self, at: float) -> Pose2:
+        """The pose of odometry's origin in the world at a time."""
+        since = [origin for begun, origin in self.origins if begun < at]
+        return since[-1] if since else self.origins[0][1]
+
     def place(self, odometry: Pose2, at: float) -> Pose2:
         """Where the robot was in the world at a time, by its odometry then."""
-        since = [origin for begun, origin in self.origins if begun <= at]
-        return (since[-1] if since else self.origins[0][1]).compose(odometry)
+        return self.origin(at).compose(odometry)
 
 
 def runs_of(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:

@@ -19,12 +19,14 @@ from facetlog.recordings.moments import Moment
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
+from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 
 BEGAN = 1_700_000_000.125
 START = Pose2(0.4, -0.2, math.radians(30.0))
+RUN = Run(BEGAN, ((BEGAN, START),))
 OPTICS = Optics(Camera(64, 48, 50.0, 51.0, 31.0, 23.5), "OPENCV", (("k1", -0.1), ("p2", 0.002)))
 SPEED = 0.2
 # Three views could have been the second; the one that promised half as much a second was nearer.
@@ -53,7 +55,7 @@ class Collection:
         """Nothing is known after the first view."""
         pictures = [cv2.imencode(".png", image)[1].tobytes() for image in self.images]
         first, second = (
-            Moment(view, picture, OPTICS, START, tuple(p for p in self.way if low < p[0] <= high))
+            Moment(view, picture, OPTICS, RUN, tuple(p for p in self.way if low < p[0] <= high))
             for view, picture, (low, high) in zip(
                 self.taken,
                 pictures,
@@ -67,7 +69,7 @@ class Collection:
                 second.taken,
                 second.picture,
                 OPTICS,
-                START,
+                RUN,
                 second.way,
                 self.scene,
                 self.recognition,
@@ -77,7 +79,7 @@ class Collection:
 
     def write(self, folder: Path) -> None:
         """As `facetlog collect` leaves it."""
-        record = Record(folder, OPTICS, {"tour": "two", "start": [0.4, -0.2, 30.0]})
+        record = Record(folder, OPTICS, {"tour": "two", "began": BEGAN, "start": [0.4, -0.2, 30.0]})
         for view, image in zip(self.taken, self.images, strict=True):
             if view.name == CHOICE["image"]:
                 record.note(CHOICE)

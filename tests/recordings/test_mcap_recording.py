@@ -21,9 +21,10 @@ from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
 from facetlog.recordings.recorders import Recorders, Recordings, record_collection
+from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.pioneer.odometry_covariance import OdometryErrors
 from facetlog.robot.pose2 import Pose2
-from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
+from tests.recordings.collected import BEGAN, OPTICS, RUN, SPEED, START, Collection, collection
 
 ANSWERS = dict[str, list[tuple[int, Any]]]
 
@@ -132,20 +133,38 @@ def test_odometry_has_the_covariance_that_the_robots_slip_makes(heard: ANSWERS) 
     assert sizes == sorted(sizes)
 
 
-def test_each_run_of_a_collection_begins_with_sure_odometry(
-    collected: Collection, tmp_path: Path
-) -> None:
-    path = tmp_path / "two.mcap"
+def _sizes_of_covariances(path: Path, run: Run, collected: Collection) -> list[float]:
+    """Of odometry, where the second of two views was taken in that run."""
     recording = McapRecording(path)
     first, second = collected.moments()
     recording.add(first)
-    elsewhere = replace(second, start=START.compose(Pose2(0.3, 0.1, 0.2)))
-    recording.add(elsewhere)
+    recording.add(replace(second, run=run))
     recording.close()
     found = messages(path)["/odom"]
-    sizes = [float(np.trace(np.array(m.pose.covariance).reshape(6, 6))) for _, m in found]
-    starts = [size for size in sizes if size == 0.0]
-    assert len(starts) == 2
+    return [float(np.trace(np.array(m.pose.covariance).reshape(6, 6))) for _, m in found]
+
+
+def test_each_run_of_a_collection_begins_with_sure_odometry(
+    collected: Collection, tmp_path: Path
+) -> None:
+    began = BEGAN + 1.05
+    again = Run(began, ((began, START.compose(Pose2(0.3, 0.1, 0.2))),))
+    sizes = _sizes_of_covariances(tmp_path / "two.mcap", again, collected)
+    assert len([size for size in sizes if size == 0.0]) == 2
+
+
+def test_where_pictures_place_a_robot_makes_its_odometry_neither_surer_nor_less_sure(
+    collected: Collection, tmp_path: Path
+) -> None:
+    there = START.compose(Pose2(0.3, 0.1, 0.2))
+    placed = Run(BEGAN, (*RUN.origins, (BEGAN + 1.0, there)))
+    way = tuple(
+        (at, there.compose(START.between(place)) if at > BEGAN + 1.0 else place)
+        for at, place in collected.way
+    )
+    sizes = _sizes_of_covariances(tmp_path / "placed.mcap", placed, replace(collected, way=way))
+    unplaced = _sizes_of_covariances(tmp_path / "unplaced.mcap", RUN, collected)
+    assert sizes == pytest.approx(unplaced)
 
 
 def test_what_a_killed_recording_left_is_removed_at_the_next_start(

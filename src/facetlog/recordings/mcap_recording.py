@@ -79,8 +79,6 @@ LINE_WIDTH, TEXT_HEIGHT = 0.004, 0.06  # metres
 MEASURED, IMPLIED, INK = (0.1, 0.45, 0.8, 1.0), (0.6, 0.6, 0.6, 1.0), (0.1, 0.1, 0.1, 1.0)
 CHOSEN = (0.85, 0.5, 0.1, 1.0)
 ON_FLOOR = (0, 1, 5)
-# Poses that are read from a file are off by less, m and rad.
-ROUNDING = 1e-6
 
 
 def checked_mcap(path: Path) -> Path:
@@ -103,7 +101,7 @@ class McapRecording:
         self._store = get_typestore(Stores.ROS2_HUMBLE)
         self._ros = RosMessages(self._store)
         self._last: tuple[float, Pose2] | None = None
-        self._start: Pose2 | None = None
+        self._run: float | None = None
         self._sure = OdometryCovariance()
         self._views = 0
         # Of each place of an area, of a tour of 0: a viewer shows the last markers of a topic.
@@ -142,16 +140,18 @@ class McapRecording:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _add_way(self, moment: Moment) -> None:
-        if self._start is None or not _is_same(self._start, moment.start):
+        run = moment.run
+        if self._run != run.began:
             # Odometry begins anew with each run; the way of the one before ended somewhere else.
-            self._start, self._last = moment.start, None
+            self._run, self._last = run.began, None
             self._sure = OdometryCovariance()
         before = moment.way[:1] if self._last is None else (self._last,)
         for (before_at, before_place), (at, place) in pairwise((*before, *moment.way)):
-            here = moment.start.between(place)
-            self._write("/tf", at, transforms=self._robot_frames(at, moment.start, here))
-            self._sure.move(moment.start.between(before_place), here)
-            seconds, step = at - before_at, before_place.between(place)
+            # The robot may have been placed anew in between: odometry knows nothing of that.
+            there, here = run.origin(before_at).between(before_place), run.origin(at).between(place)
+            self._write("/tf", at, transforms=self._robot_frames(at, run.origin(at), here))
+            self._sure.move(there, here)
+            seconds, step = at - before_at, there.between(here)
             speed = (step.x / seconds, step.heading / seconds) if seconds > 0 else (0.0, 0.0)
             self._write(
                 "/odom",
@@ -181,7 +181,8 @@ class McapRecording:
         centre, turn = view.pose.centre, Rotation.from_matrix(view.pose.rotation)
         map_from_robot = Rotation.from_euler("z", view.robot.heading)
         off = map_from_robot.inv().apply(centre - np.array([view.robot.x, view.robot.y, 0.0]))
-        frames = self._robot_frames(at, moment.start, view.odometry)
+        start = view.robot.compose(view.odometry.inverse())
+        frames = self._robot_frames(at, start, view.odometry)
         frames.append(self._ros.transform(at, BASE, CAMERA, off, map_from_robot.inv() * turn))
         self._write("/tf", at, transforms=frames)
         self._write(
@@ -309,12 +310,6 @@ def _group(what: str, place: int) -> str:
 def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:
     heading = Rotation.from_euler("z", math.remainder(pose.heading, 2 * math.pi))
     return np.array([pose.x, pose.y, 0.0]), heading
-
-
-def _is_same(one: Pose2, other: Pose2) -> bool:
-    """Whether two poses differ by no more than the digits of a file."""
-    off = one.between(other)
-    return max(abs(off.x), abs(off.y), abs(off.heading)) < ROUNDING
 
 
 def _on_floor(covariance: FloatArray) -> FloatArray:

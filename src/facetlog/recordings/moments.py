@@ -21,6 +21,7 @@ from facetlog.robot.collecting.record import (
     read_record,
     read_robot_tum,
 )
+from facetlog.robot.collecting.run_sessions import Run, runs_of
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
@@ -36,10 +37,10 @@ COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4")
 class Moment:
     """A view and what is new with it.
 
-    `picture` is its file as it is. `start` is the pose of odometry's origin in the world, `way` the
-    robot's poses in the world with their times (seconds since 1970) since the view before. `scene`
-    is what is known after the view, None if that is too little; `recognition` what the models say,
-    None where nobody asked. `candidates` are the views among which it was chosen, where one was.
+    `picture` is its file as it is. `run` is that of the collection, and `way` the robot's poses in
+    the world with their times (seconds since 1970) since the view before. `scene` is what is known
+    after the view, None if that is too little; `recognition` what the models say, None where nobody
+    asked. `candidates` are the views among which it was chosen, where one was.
     Of an explored area `scene` and `recognition` are what the views of one `place` show, its number
     from 1; at others is what was known there before. Views on the way show none.
     """
@@ -47,7 +48,7 @@ class Moment:
     taken: Taken
     picture: bytes
     optics: Optics
-    start: Pose2
+    run: Run
     way: tuple[tuple[float, Pose2], ...]
     scene: "Scene | None" = None
     recognition: "Recognition | None" = None
@@ -77,9 +78,12 @@ def read_moment(
     InputError if the folder is no collection's or cannot be read.
     """
     _, views = read_record(folder)
+    log = read_log(folder)
     taken = next((view for view in views if view.name == name), None)
     if taken is None:
         return None
+    runs = runs_of(log, folder)
+    run = next((run for run in reversed(runs) if run.began <= taken.time), runs[0])
     path = folder / WAY_FILE
     way = read_robot_tum(path) if path.is_file() else []
     try:
@@ -90,11 +94,11 @@ def read_moment(
         taken,
         picture,
         recorded_optics(folder),
-        taken.robot.compose(taken.odometry.inverse()),
+        run,
         tuple((at, place) for at, place in way if since < at <= taken.time),
         scene,
         recognition,
-        candidate_views(read_log(folder), name),
+        candidate_views(log, name),
     )
 
 
