@@ -225,6 +225,12 @@ class Count:
     high: Name | None
     span: Span
 
+    @property
+    def any_number(self) -> bool:
+        """Whether there may be none, or as many as there are."""
+        none = self.low is not None and self.kind is CountKind.AT_LEAST and int(self.low.text) == 0
+        return none or self.kind is CountKind.ANY
+
 
 @dataclass(frozen=True, slots=True)
 class Each:

@@ -99,7 +99,7 @@ class _ModelChecker(ConditionChecker):
             return False
         if isinstance(symbol, SetSymbol):
             count = symbol.owned.node.count
-            return count is not None and count.kind is not s.CountKind.ANY
+            return count is not None and not count.any_number
         stated = self.scope.where(symbol) is not None
         return stated or bool(symbol.model) or symbol.kinds == OPENING
 

@@ -160,6 +160,7 @@ def test_a_model_is_not_called_like_a_word(name: str) -> None:
         ("model m\n  a: this is table\n", "no-parts"),
         ("model m\n  any number of faces f\n  a: count(f) = 3\n", "no-parts"),
         ("model m\n  face f\n", "no-lines"),
+        ("model m\n  piece f\n  at least 0 bars g\n", "no-lines"),
         ("model m\n  face f\n  a: f is level\nmodel m\n  face f\n  a: f is level\n", "twice"),
         ("model m\n  face f\n  a: f is level\n  a: f is upward\n", "twice"),
         ("model m is m\n  face f\n  a: f is level\n", "cycle"),
