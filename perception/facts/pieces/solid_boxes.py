@@ -157,8 +157,8 @@ def plan_overlap(
 
 def heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
     """From where to where along up (3,) it reaches; half a cell more each way, as it is known."""
-    heights = box.at(_ENDS) @ up
-    return float(heights.min()) - box.cell / 2.0, float(heights.max()) + box.cell / 2.0
+    ends = box.at(_ENDS) @ up
+    return float(ends.min()) - box.cell / 2.0, float(ends.max()) + box.cell / 2.0
 
 
 def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
