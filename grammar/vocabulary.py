@@ -111,6 +111,7 @@ _UP = "up is not known"
 _CUT = "the outline was not wholly seen"
 _SPACE = f"{_UP}, or it hangs on space that nobody saw"
 _HIDDEN = "of a piece it hangs on space that nobody saw"
+_HIGH = f"{_UP}, or {_HIDDEN}"
 _LEVEL = f"{_SPACE}, or it leans more than 30 degrees from level"
 _BACK = f"{_LEVEL}, or no side is closed more than the one opposite"
 _RISE = f"{_LEVEL}, or nothing rises above it"
@@ -209,16 +210,13 @@ _WORDS = (
     _measure("width", Gives.LENGTH, FACE | SPANNING, unknown=_HIDDEN,
              meaning="the shorter side of that rectangle; the middle side of that box"),
     _measure("depth", Gives.LENGTH, THING, meaning="the shortest side of that box"),
-    _measure("height", Gives.LENGTH, ANY | PIECE | OPENING,
-             unknown=f"{_UP}, or {_HIDDEN}",
+    _measure("height", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
              meaning="how much higher its top is than its bottom"),
-    _measure("elevation", Gives.LENGTH, LEVEL | OPENING, unknown=f"{_UP}, or {_HIDDEN}",
+    _measure("elevation", Gives.LENGTH, LEVEL | OPENING, unknown=_HIGH,
              meaning="how high its middle is above the lowest point of its thing"),
-    _measure("top_of", Gives.LENGTH, ANY | PIECE | OPENING,
-             unknown=f"{_UP}, or {_HIDDEN}",
+    _measure("top_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
              meaning="how high its highest point is above the lowest of its thing"),
-    _measure("bottom_of", Gives.LENGTH, ANY | PIECE | OPENING,
-             unknown=f"{_UP}, or {_HIDDEN}",
+    _measure("bottom_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_HIGH,
              meaning="how high its lowest point is above the lowest of its thing"),
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its thing reaches in front of its plane"),

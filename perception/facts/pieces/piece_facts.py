@@ -100,9 +100,10 @@ class _Found:
             for face in piece.faces:
                 yield "piece_face", (name, face_names[face])
             if self.up is not None:
-                yield "piece_heights", (name, *self._heights(piece), piece.length.sd)
+                low, high = self._heights(piece)
+                yield "piece_heights", (name, low, high, piece.length.sd)
                 yield "piece_tilt", (name, *tilt(piece, self.up))
-                if self._heights(piece)[0] < lattice.cell:
+                if low < lattice.cell:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
             for measure, if_free, if_full in self._hidden_extents(piece, box):
