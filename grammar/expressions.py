@@ -228,8 +228,15 @@ class Count:
     @property
     def any_number(self) -> bool:
         """Whether there may be none, or as many as there are."""
-        none = self.low is not None and self.kind is CountKind.AT_LEAST and int(self.low.text) == 0
-        return none or self.kind is CountKind.ANY
+        open_above = self.kind in (CountKind.AT_LEAST, CountKind.ANY)
+        return open_above and self.least == 0
+
+    @property
+    def least(self) -> float:
+        """The fewest members there may be: a whole number wherever the text has no fault."""
+        if self.low is None or self.kind is CountKind.AT_MOST:
+            return 0.0
+        return float(self.low.text)
 
 
 @dataclass(frozen=True, slots=True)

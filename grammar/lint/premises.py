@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from facetlog.grammar import syntax as s
 from facetlog.grammar.lint.claims import Claim, Claims
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 
@@ -22,7 +21,8 @@ def premises(claims: Claims) -> Iterator[tuple[Claim, bool]]:
         for name, x in symbols.items()
         if isinstance(x, PartSymbol | SetSymbol) and x.owned.node.optional
     }
-    some = {name for name, x in symbols.items() if isinstance(x, SetSymbol) and _has_members(x)}
+    counts = {n: x.owned.node.count for n, x in symbols.items() if isinstance(x, SetSymbol)}
+    some = {name for name, count in counts.items() if count is not None and count.least > 0}
     for claim in claims.claims:
         if not claim.origin.required or claim.parts & optional:
             continue
@@ -30,10 +30,3 @@ def premises(claims: Claims) -> Iterator[tuple[Claim, bool]]:
             yield claim, True
         elif claim.of_set in some:
             yield claim, False
-
-
-def _has_members(symbol: SetSymbol) -> bool:
-    count = symbol.owned.node.count
-    if count is None or count.low is None:
-        return False
-    return count.kind not in (s.CountKind.AT_MOST, s.CountKind.ANY) and int(count.low.text) > 0

@@ -97,6 +97,7 @@ def test_a_sound_model_has_no_errors() -> None:
         ("one chair seat", "mixed", "chair", "one table board"),
         ("face x, y where x is level", "where", "y", "by itself"),
         ("exactly 1.5 faces x", "count", "1.5", ""),
+        ("at least 0.5 faces x", "count", "0.5", ""),
         ("between 4 and 2 faces x", "count", "4", ""),
         ("define loop(f): loop(f)", "cycle", "loop", ""),
         ("define f(x, x): x is level", "taken", "x", ""),

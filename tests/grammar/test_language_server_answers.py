@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from random import Random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lsprotocol import types as lsp
 
@@ -23,6 +24,7 @@ from tests.grammar.model_texts import model_files, mutated_files
 URI = "file:///nowhere/m.model"
 
 
+@example("model a\n  at least 0.5 faces a\n", Random(0))
 @settings(max_examples=40)
 @given(mutated_files(), st.randoms(use_true_random=False))
 def test_every_text_gets_answers_everywhere(text: str, chance) -> None:  # type: ignore[no-untyped-def]
