@@ -167,7 +167,7 @@ _COMMENT = re.compile(r"^%.*\n", re.MULTILINE)
 _PLACE = re.compile(r"'[^'\n]*:\d+'")
 # From its head to the full stop that ends a line.
 _JUDGES_NOTHING = re.compile(
-    r"^(?:size|rather_than)\(.*?\.[ \t]*(?:%[^\n]*)?$\n?", re.MULTILINE | re.DOTALL
+    r"^(?:size|rather_than|written|example)\(.*?\.[ \t]*(?:%[^\n]*)?$\n?", re.MULTILINE | re.DOTALL
 )
 _EMPTY_LINES = re.compile(r"\n\s*\n")
 
@@ -184,8 +184,8 @@ def content_key(text: str) -> str:
 def judging_key(text: str) -> str:
     """The `content_key` of what a model judges by; calibrations go by it.
 
-    Sizes, which a verdict reports, and the names that go after it judge nothing: what names them
-    otherwise is as often right.
+    Sizes, which a verdict reports, the names that go after it, examples and how the author wrote a
+    line judge nothing: a model that says the same in other words is as often right.
     """
     judging = _COMMENT.sub("", _JUDGES_NOTHING.sub("", text))
     return content_key(_EMPTY_LINES.sub("\n", judging).strip())

@@ -438,7 +438,7 @@ def test_comments_and_places_do_not_make_another_text() -> None:
     assert content_key("model(box, 1).\nwritten(box, 'box.model:3').\n") != key
 
 
-BOXES = "model(box).\n\nexample(box, 'one. two', 1).\n"
+BOXES = "model(box).\n\ncondition(box, 'one. two', 1).\n"
 SIZES = (
     "% box.model:7\nsize(box, _, [A], length, length(A)).\n"
     "% box.model:8\nsize(box, _, [A], Name, Measure) :-\n"
@@ -453,8 +453,15 @@ def test_sizes_that_a_verdict_reports_do_not_make_another_model(sizes: str) -> N
     assert content_key(BOXES + sizes) != content_key(BOXES)
 
 
+@pytest.mark.parametrize(
+    "said", ["written(box, a, 'box.model:3', \"f is level\").\n", "example(box, 'three', 3).\n"]
+)
+def test_other_words_and_examples_do_not_make_another_model(said: str) -> None:
+    assert judging_key(BOXES + said) == judging_key(BOXES)
+
+
 def test_what_judges_beside_a_size_makes_another_model() -> None:
     key = judging_key(BOXES + SIZES)
-    assert judging_key(BOXES + SIZES + "condition(box, 1).\n") != key
+    assert judging_key(BOXES + SIZES + "condition(box, 2).\n") != key
     assert judging_key(BOXES + "resize(box).\n" + SIZES) != key
     assert judging_key(BOXES.replace("1)", "2)") + SIZES) != key
