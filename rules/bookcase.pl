@@ -8,12 +8,12 @@ model(bookcase, "A high shelf for books, in three rows at least.", [top, left, r
 % bookcase.model:1
 specialises(bookcase, shelf).
 
-% shelf.model:12  parts
+% shelf.model:11  parts
 candidate(bookcase, Thing, Parts) :-
     findall(Parts, likely(bookcase, Thing, Parts), Found),
     ( Found == [] -> distant(bookcase, Thing, Parts) ; member(Parts, Found) ).
 
-% shelf.model:12  all that may satisfy its lines
+% shelf.model:11  all that may satisfy its lines
 likely(bookcase, Thing, [Top, Left, Right]) :-
     face_of(Thing, Top),
     possible(all([measured(Top), level(Top), upward(Top), at_least(share(Top), 0.7),
@@ -31,14 +31,14 @@ likely(bookcase, Thing, [Top, Left, Right]) :-
                   any([at_least(offset(Left, Right), 0.5*width(Top)),
                        at_most(offset(Left, Right), -(0.5*width(Top)))])])).
 
-% shelf.model:12  near misses
+% shelf.model:11  near misses
 distant(bookcase, Thing, [Top, Left, Right]) :-
     as_far_as_seen(Thing,
                    [step(Top, 6, all([measured(Top), level(Top), upward(Top)])),
                     step(Left, 3, upright(Left)), step(Right, 3, upright(Right))],
                    [Top, Left, Right]).
 
-% shelf.model:13  board is level, board is upward, low(board), overlap(board, top) at least 80 %
+% shelf.model:12  board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %
 means('bookcase.board'(Board, Top),
       all([level(Board), upward(Board),
            soft(at_most(elevation(Board), 0.8*elevation(Top)), 0.1),
@@ -48,7 +48,7 @@ means('bookcase.shut'(Shut, Top, Left),
       all([upright(Shut), soft(at_least(share(Shut), 0.7), 0.1),
            soft(at_most(protrusion(Shut), 0.2*width(Top)), 0.1), not(parallel(Shut, Left, 15))])).
 
-% shelf.model:13
+% shelf.model:12
 members(bookcase, board, Thing, [Top, Left, Right], Members) :-
     findall(Board,
             ( face_of(Thing, Board), \+ memberchk(Board, [Top, Left, Right]),
@@ -61,7 +61,7 @@ members(bookcase, shut, Thing, [Top, Left, Right], Members) :-
               possible('bookcase.shut'(Shut, Top, Left)) ), Found),
     sort(Found, Members).
 
-% shelf.model:13  at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %
+% shelf.model:12  at least 2 separate faces board where board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %
 condition(bookcase, board, "two boards at least lie below the top one", Thing,
           [Top, Left, Right], at_least_of(2, Board, Board_groups, 'bookcase.board'(Board, Top))) :-
     members(bookcase, board, Thing, [Top, Left, Right], Board_members),
@@ -122,8 +122,8 @@ condition(bookcase, rows, "three boards at least lie below the topmost", Thing,
 condition(bookcase, tall, "it is higher than broad", Thing, [Top, _, _],
           soft(at_least(thing_height(Thing), 1.1*length(Top)), 0.1)).
 
-written(bookcase, board, 'shelf.model:13',
-        "at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %").
+written(bookcase, board, 'shelf.model:12',
+        "at least 2 separate faces board where board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %").
 written(bookcase, level, 'shelf.model:18', "top is measured, top is level, top is upward").
 written(bookcase, sides, 'shelf.model:19',
         "left opposite right, (each x of left, right: x is upright, height(x) at least 80 % of height(this), width(x) at least 50 % of width(top)), apart(left, right)").
@@ -137,7 +137,7 @@ written(bookcase, straight, 'shelf.model:28',
 written(bookcase, rows, 'bookcase.model:4', "count(board) at least 3").
 written(bookcase, tall, 'bookcase.model:5', "height(this) at least 110 % of length(top)").
 
-% shelf.model:13
+% shelf.model:12
 group(bookcase, Thing, [Top, Left, Right], board, Members) :-
     members(bookcase, board, Thing, [Top, Left, Right], Board_members),
     findall(Board, ( member(Board, Board_members), holds('bookcase.board'(Board, Top)) ),

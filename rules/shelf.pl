@@ -6,12 +6,12 @@
 model(shelf, "Level boards one above the other between upright sides, open in front.",
       [top, left, right]).
 
-% shelf.model:12  parts
+% shelf.model:11  parts
 candidate(shelf, Thing, Parts) :-
     findall(Parts, likely(shelf, Thing, Parts), Found),
     ( Found == [] -> distant(shelf, Thing, Parts) ; member(Parts, Found) ).
 
-% shelf.model:12  all that may satisfy its lines
+% shelf.model:11  all that may satisfy its lines
 likely(shelf, Thing, [Top, Left, Right]) :-
     face_of(Thing, Top),
     possible(all([measured(Top), level(Top), upward(Top), at_least(share(Top), 0.7),
@@ -28,14 +28,14 @@ likely(shelf, Thing, [Top, Left, Right]) :-
                   any([at_least(offset(Left, Right), 0.5*width(Top)),
                        at_most(offset(Left, Right), -(0.5*width(Top)))])])).
 
-% shelf.model:12  near misses
+% shelf.model:11  near misses
 distant(shelf, Thing, [Top, Left, Right]) :-
     as_far_as_seen(Thing,
                    [step(Top, 6, all([measured(Top), level(Top), upward(Top)])),
                     step(Left, 3, upright(Left)), step(Right, 3, upright(Right))],
                    [Top, Left, Right]).
 
-% shelf.model:13  board is level, board is upward, low(board), overlap(board, top) at least 80 %
+% shelf.model:12  board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %
 means('shelf.board'(Board, Top),
       all([level(Board), upward(Board),
            soft(at_most(elevation(Board), 0.8*elevation(Top)), 0.1),
@@ -45,7 +45,7 @@ means('shelf.shut'(Shut, Top, Left),
       all([upright(Shut), soft(at_least(share(Shut), 0.7), 0.1),
            soft(at_most(protrusion(Shut), 0.2*width(Top)), 0.1), not(parallel(Shut, Left, 15))])).
 
-% shelf.model:13
+% shelf.model:12
 members(shelf, board, Thing, [Top, Left, Right], Members) :-
     findall(Board,
             ( face_of(Thing, Board), \+ memberchk(Board, [Top, Left, Right]),
@@ -58,7 +58,7 @@ members(shelf, shut, Thing, [Top, Left, Right], Members) :-
               possible('shelf.shut'(Shut, Top, Left)) ), Found),
     sort(Found, Members).
 
-% shelf.model:13  at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %
+% shelf.model:12  at least 2 separate faces board where board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %
 condition(shelf, board, "two boards at least lie below the top one", Thing, [Top, Left, Right],
           at_least_of(2, Board, Board_groups, 'shelf.board'(Board, Top))) :-
     members(shelf, board, Thing, [Top, Left, Right], Board_members),
@@ -110,8 +110,8 @@ condition(shelf, straight, "its large faces are level or upright", Thing, [Top, 
             Found),
     sort(Found, Fs).
 
-written(shelf, board, 'shelf.model:13',
-        "at least 2 separate faces board where board is level, board is upward, low(board), overlap(board, top) at least 80 %").
+written(shelf, board, 'shelf.model:12',
+        "at least 2 separate faces board where board is level, board is upward, elevation(board) at most 80 % of elevation(top), overlap(board, top) at least 80 %").
 written(shelf, level, 'shelf.model:18', "top is measured, top is level, top is upward").
 written(shelf, sides, 'shelf.model:19',
         "left opposite right, (each x of left, right: x is upright, height(x) at least 80 % of height(this), width(x) at least 50 % of width(top)), apart(left, right)").
@@ -123,7 +123,7 @@ written(shelf, open, 'shelf.model:27', "count(shut) at most 1").
 written(shelf, straight, 'shelf.model:28',
         "each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright").
 
-% shelf.model:13
+% shelf.model:12
 group(shelf, Thing, [Top, Left, Right], board, Members) :-
     members(shelf, board, Thing, [Top, Left, Right], Board_members),
     findall(Board, ( member(Board, Board_members), holds('shelf.board'(Board, Top)) ), Members).
