@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from facetlog.perception.grouped import Indices, group_sums, joined
 from facetlog.perception.scene import Face, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
-from facetlog.perception.surfaces.scene_checks import unsound_faces
+from facetlog.perception.surfaces.scene_json.scene_checks import unsound_faces
 from facetlog.perception.surfaces.tolerance import LENGTH_RESOLUTION, SDS, WIDEST
 from facetlog.perception.types import FloatArray
 

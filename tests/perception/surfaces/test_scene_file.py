@@ -28,17 +28,17 @@ from facetlog.perception.scene import (
     Vertex,
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
-from facetlog.perception.surfaces.lattice_bits import packed
 from facetlog.perception.surfaces.scene_file import (
-    MOST_COPIES,
     SceneFileError,
     read_scene,
     scene_from_json,
     scene_to_json,
     write_scene,
 )
-from facetlog.perception.surfaces.scene_numbers import LARGEST
-from facetlog.perception.surfaces.scene_records import scene_schema
+from facetlog.perception.surfaces.scene_json.lattice_bits import packed
+from facetlog.perception.surfaces.scene_json.record_faults import MOST_COPIES
+from facetlog.perception.surfaces.scene_json.records import scene_schema
+from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST
 from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(-LARGEST, LARGEST)

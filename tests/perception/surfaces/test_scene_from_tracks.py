@@ -8,8 +8,8 @@ import pytest
 from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.estimation.pose_noise import pose_noise_px
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.scene_checks import scene_faults
 from facetlog.perception.surfaces.scene_from_tracks import assemble
+from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
 from facetlog.perception.types import (
     Camera,
     FloatArray,

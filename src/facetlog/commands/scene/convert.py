@@ -56,8 +56,8 @@ def convert_command(
 
 def _write_scene(scene: "Scene", path: Path) -> None:
     from facetlog.perception.facts.most_faces import MOST_FACES
-    from facetlog.perception.surfaces.scene_checks import scene_faults
     from facetlog.perception.surfaces.scene_file import SceneFileError, write_scene
+    from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
 
     if faults := tuple(scene_faults(scene)):  # it could not be read again
         raise SceneFileError(f"{path} is not written: the scene", faults)

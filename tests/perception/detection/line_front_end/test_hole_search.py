@@ -12,8 +12,8 @@ from facetlog.perception.detection.line_front_end.hole_search import differs_mor
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.scene_checks import scene_faults
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
+from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.solids import Part, cuboid, joined, placed, printed, slab
 from facetlog.robot.rendering.texture import Pattern, Texture

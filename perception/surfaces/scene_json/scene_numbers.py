@@ -5,15 +5,15 @@ unit length, and lengths whose areas and volumes no float holds.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 
 from facetlog.perception.row_table import stacked
 from facetlog.perception.scene import Patch, Scene
+from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LARGEST", "LEAST", "ROUNDING", "SceneFault", "number_faults"]
+__all__ = ["LARGEST", "LEAST", "ROUNDING", "number_faults"]
 
 # Unit vectors and symmetric matrices written with seven digits are off by less.
 ROUNDING = 1e-6
@@ -22,16 +22,6 @@ LARGEST, LEAST = 1e20, 1e-20
 
 BEYOND = f"is beyond {LARGEST:g}: give another unit"
 PIXELS_BEYOND = f"is beyond {LARGEST:g}: such a picture is none"
-
-
-class SceneFault(NamedTuple):
-    """What is wrong in a scene file, and where: a JSON path as $.faces[3].outline."""
-
-    path: str
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.message}"
 
 
 def number_faults(scene: Scene) -> Iterator[SceneFault]:

@@ -9,7 +9,7 @@ import shapely
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.row_table import Bools, row_starts, stacked
 from facetlog.perception.scene import Face, Scene, Vertex
-from facetlog.perception.surfaces.scene_numbers import SceneFault
+from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray
 
 __all__ = ["scene_faults", "unsound_faces"]

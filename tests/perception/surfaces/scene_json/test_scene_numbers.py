@@ -16,7 +16,7 @@ from facetlog.perception.scene import (
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import SceneFileError, scene_from_json, scene_to_json
-from facetlog.perception.surfaces.scene_numbers import LARGEST, LEAST, number_faults
+from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST, LEAST, number_faults
 from facetlog.perception.types import Camera, Observation, Pose
 
 CUBE = cuboid(0.3, 0.2, 0.1)
