@@ -69,7 +69,7 @@ class ConditionChecker(MeasureChecker):
             case s.Property():
                 self._property(node, names)
             case s.Relation():
-                self._applied(node.name, (node.left, node.right), node, names)
+                self._said_of(node.name, (node.left, node.right), node, names)
             case s.Not(condition):
                 self.condition(condition, names)
             case s.And(conditions) | s.Or(conditions):
@@ -142,7 +142,7 @@ class ConditionChecker(MeasureChecker):
     def _property(self, node: s.Property, names: Names) -> None:
         name = node.name.text
         if name in self.scope.defines or name in self.scope.words:
-            self._applied(node.name, (node.subject,), node, names)
+            self._said_of(node.name, (node.subject,), node, names)
             return
         found = self.type_of(node.subject, names)
         if name in self.scope.roles:
@@ -153,6 +153,15 @@ class ConditionChecker(MeasureChecker):
         known = [w.name for w in self.scope.words.values() if w.is_condition]
         others = [*known, *self.scope.roles, *self.scope.defines]
         self.unknown_word(node.name, f"`{name}` is no property", others)
+
+    def _said_of(
+        self, name: s.Name, subjects: tuple[s.Expression, ...], node: s.Expression, names: Names
+    ) -> None:
+        found = self._applied(name, subjects, node, names)
+        if found is not None and found is not CONDITION:
+            of = ", ".join(self.source.text[x.span.start : x.span.end] for x in subjects)
+            hint = f"compare it: `{name}({of}) at least ...`"
+            self.fault("not-condition", f"`{name}` is {found}, no condition", name, hint)
 
     def _no_shadow(self, new: Iterable[s.Name], names: Names) -> bool:
         free = True
