@@ -2,7 +2,8 @@
 
 A piece's extents are the sides of the least box round its surface, of the boxes that lie along
 the grid, one of its faces, or the direction in which it is thinnest. Where a piece ends at another
-there is no surface: its end is known to a cell. What is known by edges alone is a cell thick.
+that is at a face of one of them, or there is no surface: its end is known to a cell. What is known
+by edges alone is a cell thick.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,6 +30,8 @@ THIN, SLENDER = 0.35, 0.35
 SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.
 FEWEST_CELLS = 8
+# What lies within this share of a cell of a plane lies in it, but for rounding.
+FLUSH = 1e-3
 # What is on no face is curved, or an edge that bounds none.
 CURVED, EDGE = -1, -2
 
@@ -98,9 +101,11 @@ def find_pieces(
     """
     surface = _Surface.of(grid.lattice, faces, curved, lines)
     parts = solid_parts(grid.solid)
-    part = parts[surface.cells(grid.lattice)]
+    at = surface.cells(grid.lattice)
+    part = parts[at]
     sizes = np.bincount(parts.ravel(), minlength=1)
     owner = _owners(part, surface.face, len(faces))
+    part = _cut_at_faces(parts, at, owner, surface, grid.cell)
     kept: list[int] = []
     found: list[Piece] = []
     for number in range(1, len(sizes)):
@@ -164,6 +169,43 @@ def _owners(part: Indices, face: Indices, count: int) -> Indices:
     votes = votes.reshape(count, width)
     votes[:, 0] = 0
     return np.asarray(np.where(votes.any(axis=1), votes.argmax(axis=1), 0))
+
+
+def _cut_at_faces(
+    parts: Indices, at: tuple[Indices, ...], owner: Indices, surface: _Surface, cell: float
+) -> Indices:
+    """The part (m,) of each point, whose cell is `at`: parts are cut where a face is, not where a
+    cell ends.
+
+    Past the faces that are wholly a part's own, along a normal of one, others are in it by the
+    width of a cell. That is of the other part whose own such a face is, or of none.
+    """
+    part = parts[at]
+    owners = np.append(owner, (0, 0))[surface.face]  # of what is CURVED or EDGE 0
+    astray = (owners > 0) & ~_touching(parts, at, owners)
+    whole = (owners > 0) & ~np.isin(surface.face, surface.face[astray])
+    found = part.copy()
+    for number in np.unique(part[whole]).tolist():
+        here = part == number
+        own = here & whole & (owners == number)
+        others = np.flatnonzero(here & (owners > 0) & ~own)
+        if not own.any() or not len(others):
+            continue
+        normals = surface.normals[np.unique(surface.face[own])]
+        beyond = surface.points[others] @ normals.T - (surface.points[own] @ normals.T).max(axis=0)
+        least = np.where(whole[others], -FLUSH, FLUSH)[:, None] * cell
+        cut = others[((beyond >= least) & (beyond < cell)).any(axis=1)]
+        found[cut] = np.where(whole[cut], owners[cut], 0)
+    return found
+
+
+def _touching(parts: Indices, at: tuple[Indices, ...], wanted: Indices) -> NDArray[np.bool_]:
+    """Whether each cell (m,), or one that touches it, is of the wanted part (m,)."""
+    padded = np.pad(parts, 1)
+    found = np.zeros(len(wanted), dtype=np.bool_)
+    for step in np.ndindex(3, 3, 3):
+        found |= padded[tuple(cells + move for cells, move in zip(at, step, strict=True))] == wanted
+    return found
 
 
 def _piece(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.pieces.pieces import Piece
-from facetlog.perception.space.openings import HALF, Opening
+from facetlog.perception.space.openings import Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
@@ -73,13 +73,11 @@ class SolidBox:
 
     @classmethod
     def of_opening(cls, opening: Opening) -> Self:
-        """That of what is free in an opening; what bounds it was seen."""
+        """That of an opening: its ends lie within its rim, which was seen."""
         lattice = opening.lattice
         low, high = (each * lattice.cell + lattice.corner for each in (opening.low, opening.high))
         middle: FloatArray = (low + high) / 2.0 @ lattice.axes
-        half = (high - low) / 2.0
-        half[list(opening.across)] -= HALF * lattice.cell
-        return cls(middle, lattice.axes, half, lattice.cell, np.zeros((3, 2)))
+        return cls(middle, lattice.axes, (high - low) / 2.0, lattice.cell, np.zeros((3, 2)))
 
     def at(self, places: FloatArray) -> FloatArray:
         """Places (n, 3) in the scene's frame, from such in its half extents: -1 to 1 each way."""

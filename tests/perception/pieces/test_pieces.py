@@ -15,6 +15,7 @@ from facetlog.perception.scene import Plane, Scene
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import stick_table
+from tests.perception.pieces.test_openings import of_boxes
 
 KINDS = {kind.functor for kind in PIECE_KINDS}
 
@@ -59,6 +60,29 @@ def test_extents_of_a_table_are_those_that_it_was_built_with() -> None:
     for _, length, width, thickness, sd in legs:
         assert length == pytest.approx(0.7, abs=3 * sd)
         assert (width, thickness) == pytest.approx((0.06, 0.06), abs=1e-6)
+
+
+def test_a_chair_put_together_from_boards_is_cut_where_they_meet() -> None:
+    feet = [((x, y, 0.0), (x + 0.04, y + 0.04, 0.42)) for x in (0.0, 0.36) for y in (0.0, 0.36)]
+    boards = ((0.0, 0.0, 0.42), (0.4, 0.4, 0.46)), ((0.0, 0.36, 0.46), (0.4, 0.4, 0.9))
+    rows = facts(of_boxes(*boards, *feet))
+    found = sorted((low, high) for _, low, high, _ in rows["piece_heights"])
+    assert found == [
+        pytest.approx(x, abs=1e-6) for x in (*[(0, 0.42)] * 4, (0.42, 0.46), (0.46, 0.9))
+    ]
+
+
+@pytest.mark.parametrize("thickness", [0.02, 0.03, 0.05])
+def test_boards_of_a_bookcase_are_as_thick_as_they_are_though_cells_are_thicker(
+    thickness: float,
+) -> None:
+    sides = [((x, 0.0, 0.0), (x + thickness, 0.3, 1.8)) for x in (0.0, 0.8 - thickness)]
+    levels = [
+        ((thickness, 0.0, z), (0.8 - thickness, 0.3, z + thickness))
+        for z in (0.05, 0.5, 0.95, 1.4, 1.8 - thickness)
+    ]
+    rows = facts(of_boxes(*sides, *levels))
+    assert [row[3] for row in rows["piece_size"]] == pytest.approx([thickness] * 7, abs=1e-6)
 
 
 def test_legs_carry_the_back_of_a_chair_through_its_seat() -> None:
