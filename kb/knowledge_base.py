@@ -35,7 +35,7 @@ from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.explaining.decode_origin import decode_origin
 from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
 from facetlog.kb.explaining.origin import Origin
-from facetlog.kb.explaining.sight import decode_sight
+from facetlog.kb.explaining.sight import Sight, decode_sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
@@ -307,6 +307,8 @@ class KnowledgeBase(Closing):
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
         (verdict,) = self.with_unseen((verdict,), scene)
+        if verdict.thing:
+            verdict = replace(verdict, assumed=self._sight(scene, verdict.thing).assumed)
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
@@ -317,15 +319,16 @@ class KnowledgeBase(Closing):
         """The verdicts, where something was not seen with why, and from where it could be."""
         unit = self._scene(scene).length_unit
         missed = {
-            thing: unseen(
-                decode_sight(self._explained("sight", scene, (Atom(thing),))), thing, unit
-            )
+            thing: unseen(self._sight(scene, thing), thing, unit)
             for thing in dict.fromkeys(found.thing for found in verdicts if found.is_unseen)
         }
         return tuple(
             replace(found, unseen=missed[found.thing]) if found.is_unseen else found
             for found in verdicts
         )
+
+    def _sight(self, scene: str, thing: str) -> Sight:
+        return decode_sight(self._explained("sight", scene, (Atom(thing),)))
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)

@@ -50,7 +50,8 @@ class Sight:
 
     `whole` says that its surface is known from all sides; `up` is a unit vector, None where it is
     not known; `normals` are those of measured faces, outwards; `opening` are the directions from
-    which unseen space round it would show, and how much of it, 0..1.
+    which unseen space round it would show, and how much of it, 0..1; `assumed` is the share of what
+    it fills that was not seen, and is taken to be full.
     """
 
     whole: bool
@@ -60,6 +61,7 @@ class Sight:
     normals: tuple[Point, ...]
     implied: tuple[ImpliedFace, ...]
     opening: tuple[tuple[Point, float], ...] = ()
+    assumed: float = 0.0
 
 
 def decode_sight(term: Term) -> Sight:
@@ -75,6 +77,7 @@ def decode_sight(term: Term) -> Sight:
                 tuple(normals),
                 tuple(implied),
                 tuple(opening),
+                int() | float() as assumed,
             ),
         ):
             return Sight(
@@ -85,6 +88,7 @@ def decode_sight(term: Term) -> Sight:
                 tuple(map(_point, normals)),
                 tuple(map(_implied, implied)),
                 tuple(map(_opening, opening)),
+                float(assumed),
             )
     raise _unreadable(term)
 

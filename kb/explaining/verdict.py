@@ -141,6 +141,9 @@ class Verdict:
     """How often the model was right of labelled things that were measured likewise, where it gave
     such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
     where nothing is calibrated."""
+    assumed: float = field(default=0.0, compare=False)
+    """Of the space that the thing fills so much was not seen and counts as full, 0..1, if someone
+    asked why."""
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
     """Why parts may have been missed and from where they could be seen, if someone asked why it
     does not hold."""
@@ -234,6 +237,7 @@ class Verdict:
                 )
                 for c in self.conditions
             ],
+            **({"assumed": self.assumed} if self.assumed else {}),
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
 

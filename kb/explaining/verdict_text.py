@@ -36,6 +36,9 @@ __all__ = [
 WIDTH = 100
 """Characters of a line, except where the author's own words are longer."""
 
+LEAST_ASSUMED = 0.005
+"""Of what a thing fills less than this share that was not seen would be said to be 0 %."""
+
 NO_MODEL = "no model matches"
 """What is said where nothing holds."""
 
@@ -130,6 +133,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
+        yield from _assumed(verdict)
         for line in verdict.conditions:
             said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
             yield f"  {MARKS[line.proof.state]} {said}"
@@ -223,6 +227,15 @@ def _open_because(line: "Condition", cause: str) -> bool:
     found = reason(line.proof)
     step = None if found is None else found.step.detail
     return isinstance(step, Note) and step.cause == CAUSES[cause]
+
+
+def _assumed(verdict: "Verdict") -> Iterator[str]:
+    """How much of its space nobody saw, and what it counts as."""
+    if verdict.assumed >= LEAST_ASSUMED:
+        yield from _wrapped(
+            f"  space: {verdict.assumed:.0%} of what {verdict.thing} fills was not seen; it lies "
+            "behind what was, and counts as full"
+        )
 
 
 def _unseen(verdict: "Verdict") -> Iterator[str]:

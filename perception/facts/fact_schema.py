@@ -435,6 +435,14 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "no unseen space could change the measure",
     ),
     _kind(
+        "assumed_full +T:thing R:share",
+        _MAYBE,
+        "of the space that it fills so much was not seen, and is taken to be full: it lies behind "
+        "surface that was seen, within the seen extent",
+        "all that it fills was seen, or is enclosed",
+        on_demand=True,
+    ),
+    _kind(
         "unseen_towards +T:thing X:number Y:number Z:number R:share",
         _ANY,
         "of the unseen space round it so much would show to who looks at it from the direction "

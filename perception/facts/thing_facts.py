@@ -13,7 +13,7 @@ from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
 from facetlog.perception.row_table import Indices, chosen_places
-from facetlog.perception.space.space import LEAST_UNKNOWN
+from facetlog.perception.space.space import LEAST_UNKNOWN, State
 from facetlog.perception.surfaces.tolerance import SDS
 
 __all__ = [
@@ -248,6 +248,16 @@ def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
             ):
                 row = (s.face_names[face], float(of.values[face]), float(of.sds[face]))
                 rows.add_rows(functor, s.things[index].scene, [row])
+
+
+def assumed_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How much of what things fill is only taken to be full."""
+    for index, filled in s.filled.items():
+        cells = filled.space.cells
+        assumed = int((cells == State.ASSUMED).sum())
+        if assumed:
+            row = (s.thing_names[index], assumed / int((cells >= State.ASSUMED).sum()))
+            rows.add_rows("assumed_full", s.things[index].scene, [row])
 
 
 def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:

@@ -142,7 +142,8 @@ class UnseenRecord(_Record):
 class VerdictRecord(_Record):
     """What one model says of one thing; without the thing if there was none to ask about.
 
-    `unseen` is there where another look might settle a condition that is open.
+    `unseen` is there where another look might settle a condition that is open, `assumed` where part
+    of what the thing fills was not seen and counts as full, if someone asked why.
     """
 
     model: str
@@ -160,6 +161,7 @@ class VerdictRecord(_Record):
     also: NonNegativeInt
     shortfalls: tuple[MissRecord, ...]
     conditions: tuple[ConditionRecord, ...]
+    assumed: Share = 0.0
     unseen: tuple[UnseenRecord, ...] = ()
 
 

@@ -12,7 +12,7 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 
 %!  sight(+Thing, -Sight) is det.
 %
-%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied, Open) of a thing of the current
+%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed) of a thing of the current
 %   scene:
 %
 %     - Whole is true where its surface is known from all sides, else false;
@@ -23,9 +23,10 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 %     - Normals are the outward normals at(X, Y, Z) of its measured faces;
 %     - Implied are implied(Face, Normal, Shown) of its other faces; Shown is a list of
 %       shows(View, Seen, Outside, Hidden), Hidden of By-Share;
-%     - Open are Share-at(X, Y, Z): so much of the unseen space round it would show from there.
+%     - Open are Share-at(X, Y, Z): so much of the unseen space round it would show from there;
+%     - Assumed is the share of what it fills that is only taken to be full.
 
-sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open)) :-
+sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed)) :-
     ( fact(whole(Thing)) -> Whole = true ; Whole = false ),
     findall(at(X, Y, Z), fact(up(X, Y, Z)), Ups),
     findall(V, vertex_of(Thing, V), Vs0),
@@ -38,7 +39,8 @@ sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open)) :-
     findall(implied(Face, Normal, Shown),
             ( face_of(Thing, Face, implied), normal(Face, Normal), shown(Face, Shown) ),
             Implied),
-    findall(Share-at(X, Y, Z), fact(unseen_towards(Thing, X, Y, Z, Share)), Open).
+    findall(Share-at(X, Y, Z), fact(unseen_towards(Thing, X, Y, Z, Share)), Open),
+    ( fact(assumed_full(Thing, Assumed)) -> true ; Assumed = 0 ).
 
 vertex_of(Thing, V) :-
     fact(part_of(Part, Thing)),

@@ -14,8 +14,10 @@ from facetlog.kb.explaining.sight import ImpliedFace, Look, Place, Point, Sight
 from facetlog.kb.explaining.unseen import Unseen, unseen
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.scene_file import read_scene
 from tests.kb.asked import asked
+from tests.perception.space.simulated_scans import eye_at, scanned
 
 UP = (0.0, 0.0, 1.0)
 CUBE = tuple((x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5))
@@ -214,6 +216,22 @@ def test_who_asks_why_not_is_told_which_part_and_from_where(facts_of) -> None:  
     assert list(miss.unseen) == list(verdict.unseen)
     data = verdict.to_json()["unseen"][0]
     assert set(data) == {"why", "look", "direction", "place"}
+
+
+def test_the_whole_proof_says_how_much_of_a_thing_is_only_taken_to_be_full() -> None:
+    whole = build("cuboid", {})
+    scan = scanned(whole, eye_at(whole, 30.0, 30.0))
+    said, shares = [], []
+    for scene in (whole, scan):
+        with asked([f.row for f in (*scene_facts(scene), *facts_on_demand(scene))]) as ask:
+            verdict = ask.why("box")
+        said.append([line for line in verdict.lines(full=True) if line.startswith("  space:")])
+        shares.append(verdict.to_json().get("assumed"))
+        assert not any(line.startswith("  space:") for line in verdict.lines())
+    (of_whole, (of_scan,)), (none, share) = said, shares
+    assert (of_whole, none) == ([], None)
+    assert 0.5 < share < 1.0
+    assert of_scan.startswith(f"  space: {share:.0%} of what t1 fills was not seen;")
 
 
 def test_where_it_goes_all_round_who_looks_it_is_to_be_looked_at_from_outside() -> None:
