@@ -34,7 +34,7 @@ _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
 
-_NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level"
+_NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level or lies within its thing"
 _NO_BACK = _NO_LEVEL + ", or no side is closed more than the one opposite"
 _NO_FRONT = _NO_BACK + ", or unseen space could be a back at another side"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
