@@ -55,23 +55,27 @@ def opening_rows(
         heights = opening.corners @ up - float(filled.space.corner[2])
         low, high = max(0.0, float(heights.min())), float(heights.max())
         yield "opening_heights", (name, low, high, sd)
+    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
     for face in filled.surface.faces:
-        if _is_within(opening, face):
+        if _is_within(middles, opening.lattice.axes[opening.along], face):
             yield "opening_in", (name, str(face_names[face.index]))
 
 
-def _is_within(opening: Opening, face: FlatFace) -> bool:
-    """Whether a face lies across an opening, reaches round it, and leaves it free."""
+def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
+    """Whether a face lies across an opening, reaches round it, and leaves it free: one of cells
+    with these middles (m, 3) through a thing along that direction (3,).
+    """
     import shapely
 
-    if abs(float(face.normal @ opening.lattice.axes[opening.along])) < ACROSS:
+    across = float(along @ face.normal)
+    if abs(across) < ACROSS:
         return False
-    cells = np.insert(opening.cells, opening.along, 0, axis=1)
-    middles = opening.places(cells)
     # seen along the hole
-    ray = opening.lattice.axes[opening.along]
-    reach = (face.middle - middles) @ face.normal / float(ray @ face.normal)
-    flat = face.flatten(middles + reach[:, None] * ray)
+    reach = (face.middle - middles) @ face.normal / across
+    flat = face.flatten(middles + reach[:, None] * along)
+    low, high = np.array(face.polygon.bounds).reshape(2, 2)
+    if float(((flat >= low) & (flat <= high)).all(axis=1).mean()) < 1.0 - BESIDE:
+        return False  # most faces: they need not be looked at closely
     points = shapely.points(flat)
     around = float(shapely.covers(shapely.convex_hull(face.polygon), points).mean())
     taken = float(shapely.covers(face.polygon, points).mean())
