@@ -17,6 +17,24 @@ _HOW_MUCH = (
     "length(top)`"
 )
 _ON_GROUND = "write `leg is on_ground`"
+_FREE_BELOW = (
+    "write `free_below(top) at least 60 %`, or how high, `room_below(top) at least 40 cm`; above "
+    "it `room_above(top) at least 40 cm`"
+)
+_SHELVES = "write `shelves_below(top) at least 2`"
+_HANGS = "write `lamp hangs_from beam`"
+_GAP = (
+    "name what one sees through: `opening way`; of two things say `gap(table, seat) at most 10 cm`"
+)
+_OPEN = (
+    "write `hollow_side(this) at least 60 %`, beneath a top `open_from_two_sides(top) at least "
+    "30 %`, or name a hole: `opening way`"
+)
+_CLOSED = (
+    "write `closed_behind(seat) at least 70 %` of one side, of the whole rim `enclosed(floor) at "
+    "least 85 %`"
+)
+_ENCLOSED = "write `enclosed(floor) at least 85 %`"
 
 SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
     {
@@ -37,7 +55,13 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
         "supports": "write `leg carries top`",
         "round": "write `curved(top) at least 50 %`",
         "square": "write `width(top) at least 90 % of length(top)`",
-        "open": "write `hollow_side(this) at least 60 %`, or name a hole: `opening way`",
+        "open": _OPEN,
+        "closed": _CLOSED,
+        "enclosed": _ENCLOSED,
+        "surrounded": _ENCLOSED,
+        **dict.fromkeys(("space", "room", "clearance", "free"), _FREE_BELOW),
+        "shelves": _SHELVES,
+        "gap": _GAP,
         "nothing": "write `there is no piece x where x above top`",
         "overlaps": "write how much of the smaller: `overlap(top, seat) at least 10 %`",
         **dict.fromkeys(
@@ -57,10 +81,12 @@ SPOKEN_WORDS: Mapping[str, str] = MappingProxyType(
             ),
             _HOW_MUCH,
         ),
-        "opening": "name it: `opening way`, and `way in front` for where it is",
+        **dict.fromkeys(
+            ("opening", "hole"), "name it: `opening way`, and `way in front` for where it is"
+        ),
     }
 )
-"""Words that are none of the language, or none any more, and what to write instead."""
+"""Words that say nothing by themselves, or are none of the language, and what to write instead."""
 
 
 _NAME_PIECES = "name pieces: `board top`, `bar leg`"
@@ -127,6 +153,17 @@ _PHRASES = (
         r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",
         "compare measures: `length(top) at least 120 % of length(seat)`",
     ),
+    _Phrase.of(r"\b(?:hang(?:s|ing)?|hung|suspended)\s+(?:from|on|under|below)\b.*", _HANGS),
+    _Phrase.of(r"\b(?:rest|lie|sit)s?\s+on\b.*", "write `leg carries top`"),
+    _Phrase.of(r"\bis\s+(?:inside|within)\s+\w+", "write `lamp inside way`"),
+    _Phrase.of(r".*\bshelves\s+(?:below|under|beneath|underneath)\b.*", _SHELVES),
+    _Phrase.of(
+        r"\b(?:space|room|clearance|height)\s+(?:below|under|beneath|underneath|above)\b.*",
+        _FREE_BELOW,
+    ),
+    _Phrase.of(r"\b(?:space|room|gap|distance)\s+between\b.*", _GAP),
+    _Phrase.of(r"\bopen\s+(?:from|on|at|to|in|below|beneath|under)\b.*", _OPEN),
+    _Phrase.of(r"\bclosed\s+(?:at|on|in|behind|from|round|all)\b.*", _CLOSED),
     _Phrase.of(r"\bnext\s+to\b.*", "write `left beside right`, or `left joins right`"),
     _Phrase.of(
         r"\b(?:attached|connected|fastened|fixed|joined)\s+(?:to|with)\b.*",
@@ -143,7 +180,7 @@ _PHRASES = (
     ),
     _Phrase.of(r"\bnothing\s+(?P<where>\w+).*", "write `there is no piece x where x {where} ...`"),
     _Phrase.of(
-        r"\b(?P<name>\w+)\s+has\s+an?\s+(?:opening|hole)\b.*",
+        r"\b(?P<name>\w+)\s+has\s+an?\s+(?:opening|hole|gap)\b.*",
         "name it: `opening way`, and `way in {name}`",
     ),
     _Phrase.of(

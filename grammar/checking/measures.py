@@ -92,7 +92,7 @@ class MeasureChecker(ABC):
     def _unknown(self, name: s.Name, names: Names) -> None:
         word = self.scope.words.get(name.text)
         if word is not None:
-            hint = f"`{word.signature}`"
+            hint = SPOKEN_WORDS.get(word.name, f"`{word.signature}`")
             if word.is_condition and len(word.arguments) == 1:
                 example = next(iter((*names, *(p.name for p in self.scope.singular))), "top")
                 hint = f"write `{example} is {name}`"
