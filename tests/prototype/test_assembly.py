@@ -6,7 +6,17 @@ import pytest
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
 from facetlog.prototype.forms import grown_from, starting_forms
-from facetlog.prototype.growth import PATTERNS, between, flanked, pair, single, under
+from facetlog.prototype.growth import (
+    HUNG,
+    PATTERNS,
+    between,
+    borne,
+    flanked,
+    hung,
+    pair,
+    single,
+    under,
+)
 
 
 def test_a_union_has_one_face_where_parts_lie_flush() -> None:
@@ -69,6 +79,33 @@ def test_boards_between_posts_and_between_legs_touch_both_and_nothing_else(count
         assert (low[boards[1:], 2] > high[boards[:-1], 2]).all()
         assert (low[boards, 2] > 0.0).all()
         assert (high[boards, 2] < high[first, 2]).all()
+
+
+@pytest.mark.parametrize("kind", HUNG)
+def test_what_hangs_from_a_beam_on_posts_does_so_as_pieces_have_it(kind: str) -> None:
+    gate = under(single("bar"), 0, "two posts")
+    made = hung(gate, 0, kind)
+
+    assert len(fact_rows(made.scene(made.sizes), {"hangs_from"})["hangs_from"]) == 1
+    assert not fact_rows(gate.scene(gate.sizes), {"hangs_from"})["hangs_from"]
+
+
+@pytest.mark.parametrize("kind", HUNG)
+def test_what_hangs_between_legs_is_inside_the_opening_there(kind: str) -> None:
+    made = hung(under(single("board"), 0, "four legs"), 0, kind)
+    within = fact_rows(made.scene(made.sizes), {"inside"})["inside"]
+
+    assert {(one[0], other[0]) for one, other, known in within if known == "yes"} == {("p", "o")}
+
+
+def test_a_seat_on_ropes_hangs_from_them_and_stands_on_nothing() -> None:
+    swing = borne(hung(under(single("bar"), 0, "two posts"), 0, "bar", 2), 3, 4)
+    low, high = swing.ends(swing.sizes)
+    hangs = fact_rows(swing.scene(swing.sizes), {"hangs_from"})["hangs_from"]
+
+    assert high[5, 2] == pytest.approx(low[3:5, 2])
+    assert low[5, 2] > 0.0
+    assert len({one for one, _ in hangs}) == 2
 
 
 def test_benches_stand_clear_of_what_they_flank() -> None:

@@ -102,6 +102,22 @@ NEWCOMERS = {
   lower: each bench: elevation(bench) between 45 % of elevation(top) and 80 % of elevation(top)
   bare: there is no piece x where x above top
 """,
+    "swing": """model swing
+  "A seat on two ropes, which hang from a beam on posts."
+
+  bar beam where beam is level
+  at least 2 bars post where post carries beam, post is on_ground
+  at least 2 bars rope where rope hangs_from beam
+  board seat where seat is level, seat below beam
+
+  held: each rope: rope joins seat
+""",
+    "gateway": """model gateway
+  "A way through, with something in it."
+
+  opening way
+  piece cat where cat inside way
+""",
 }
 """Texts of models of several pieces, as their authors wrote them."""
 
@@ -138,7 +154,7 @@ def test_what_is_drawn_is_there_as_picture_mesh_and_scene(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NEWCOMERS)
-def test_things_of_rungs_rails_shelves_and_benches_are_drawn(name: str, tmp_path: Path) -> None:
+def test_things_of_several_pieces_are_drawn(name: str, tmp_path: Path) -> None:
     (tmp_path / f"{name}.model").write_text(NEWCOMERS[name])
 
     code, output = _run(str(tmp_path / f"{name}.model"), "-o", str(tmp_path / "drawn"), "--json")

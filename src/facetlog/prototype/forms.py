@@ -3,16 +3,20 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.prototype.assembly import Assembly, Form
 from facetlog.prototype.growth import (
+    HUNG,
     PATTERNS,
     beside,
     between,
+    borne,
     capped,
     flanked,
+    hung,
     on_top,
     pair,
     single,
@@ -101,6 +105,10 @@ def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
     for count in (1, 2, 3):
         yield between(legs, 1, 4, count)
     yield flanked(legs, 1, 4)
+    gate = under(single("bar"), 0, "two posts")
+    for kind, carried in product(HUNG, (gate, legs)):
+        yield hung(carried, 0, kind)
+    yield borne(hung(gate, 0, "bar", 2), 3, 4)
     for steps in (1, 2, 3):
         yield beside(block, 0, steps)
 
@@ -122,6 +130,8 @@ def grown_from(
         yield between(form, first, second, 1, upright=True)
         if len(form.parts) + 4 <= MOST_PARTS:
             yield flanked(form, first, second)
+        if _is_raised(form, first):
+            yield borne(form, first, second)
     for part in _different(form):
         yield capped(form, part)
         yield capped(form, part, flush=False)
@@ -133,6 +143,15 @@ def grown_from(
                 yield on_top(form, part, pattern, flush=flush)
         for steps in (1, 2):
             yield beside(form, part, steps)
+        if _is_raised(form, part):
+            for kind, count in product(HUNG, (1, 2)):
+                if len(form.parts) + count <= MOST_PARTS:
+                    yield hung(form, part, kind, count)
+
+
+def _is_raised(form: Assembly, part: int) -> bool:
+    """Whether there is room between a part and the ground."""
+    return bool(form.parts[part].z[0].terms)
 
 
 def _at_heights(form: Assembly) -> list[list[int]]:

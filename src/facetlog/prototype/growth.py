@@ -1,18 +1,22 @@
-"""How assemblies grow: what is put under, on, between and beside the parts that are there."""
+"""How assemblies grow: what is put under, on, between and beside the parts, and hangs from them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from facetlog.counted import many
 from facetlog.prototype.assembly import ZERO, Assembly, Length, Part
 
 __all__ = [
+    "HUNG",
     "PATTERNS",
     "Pattern",
     "beside",
     "between",
+    "borne",
     "capped",
     "flanked",
+    "hung",
     "on_top",
     "pair",
     "single",
@@ -45,8 +49,7 @@ class _Sides:
 
     @property
     def middle(self) -> Extent:
-        centre = (self.low + self.high) * 0.5
-        return centre - self.thick * 0.5, centre + self.thick * 0.5
+        return _about((self.low + self.high) * 0.5, self.thick)
 
     @property
     def inner(self) -> Extent:
@@ -203,6 +206,37 @@ def between(
     starts = [bottom + room * (i / max(1, count - 1)) for i in range(count)]
     placed = [Part(x, y, (z, z + thick)) for z in starts]
     return grown.also(f"{count} boards between", placed)
+
+
+# Along x and y, of a piece that hangs: a part flush with what it hangs from would be one piece.
+HUNG = MappingProxyType(
+    {"bar": (THIN, THIN), "board": (HIGH / 2, THIN), "block": (HIGH / 4, HIGH / 4)}
+)
+
+
+def hung(start: Assembly, part: int, kind: str, count: int = 1) -> Assembly:
+    """So many pieces evenly apart along x beneath a part, which end half way to the ground."""
+    on = start.parts[part]
+    grown, drop = start.size("drop", on.z[0].of(start.sizes) / 2)
+    grown, wide = grown.size("width", HUNG[kind][0])
+    grown, deep = grown.size("depth", HUNG[kind][1])
+    y = _about((on.y[0] + on.y[1]) * 0.5, deep)
+    places = (on.x[0] + (on.x[1] - on.x[0]) * (nth / (count + 1)) for nth in range(1, count + 1))
+    placed = [Part(_about(x, wide), y, (on.z[0] - drop, on.z[0])) for x in places]
+    return grown.also(f"{many(count, kind)} hanging from it", placed)
+
+
+def borne(start: Assembly, first: int, second: int) -> Assembly:
+    """A level board beneath two parts that end above the ground: a seat on ropes."""
+    a, b = start.parts[first], start.parts[second]
+    grown, thick = start.size("thickness", THIN)
+    grown, out = grown.size("overhang", 2 * INSET)
+    x, y = (a.x[0] - out, b.x[1] + out), (a.y[0] - out, b.y[1] + out)
+    return grown.also("a board beneath", (Part(x, y, (a.z[0] - thick, a.z[0])),))
+
+
+def _about(middle: Length, extent: Length) -> Extent:
+    return middle - extent * 0.5, middle + extent * 0.5
 
 
 def flanked(start: Assembly, first: int, second: int) -> Assembly:
