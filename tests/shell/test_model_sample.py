@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.cli import main
+from facetlog.perception.surfaces.drawing.thumbnail import contact_sheet
+from facetlog.perception.surfaces.scene_file import read_scene
 
 SLAB = """model slab
   "A level board or flat block."
@@ -66,6 +68,16 @@ def test_a_near_miss_fails_the_named_condition_and_no_other(
     said = capsys.readouterr().out
     assert f"- {row['kind'].removeprefix('fails ')}" in said
     assert "1 of 4 conditions fails" in said
+
+
+def test_the_sheet_says_beneath_each_picture_what_a_near_miss_fails(folder: Path) -> None:
+    shown = []
+    for row in _rows(folder / "one"):
+        kind = "" if row["kind"] == "holds" else f": {row['kind']}"
+        shown.append((read_scene(folder / "one" / row["file"]), row["label"] + kind))
+
+    assert "near slab: fails flat" in {caption for _, caption in shown}
+    assert (folder / "one" / "samples.png").read_bytes() == contact_sheet(shown)
 
 
 def test_one_seed_gives_the_same_scenes_again(folder: Path) -> None:

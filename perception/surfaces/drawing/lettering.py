@@ -7,7 +7,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "wrap", "write"]
+__all__ = [
+    "FONT",
+    "LETTER_HEIGHT",
+    "Colour",
+    "ColourImage",
+    "Lettering",
+    "plain",
+    "text_size",
+    "wrap",
+    "write",
+]
 
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red

@@ -8,9 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.scene import Face, Patch, Scene
+from facetlog.perception.surfaces.drawing.lettering import (
+    FONT,
+    LETTER_HEIGHT,
+    ColourImage,
+    plain,
+    text_size,
+    wrap,
+)
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["contact_sheet", "thumbnail", "tint_colour"]
+__all__ = ["contact_sheet", "on_white", "thumbnail", "tint_colour"]
 
 SIZE_PX = 240
 SUPERSAMPLED = 2  # drawn so much larger, for smooth outlines
@@ -25,6 +33,7 @@ BRIGHTNESS = 235
 HUE_STEP = 0.6180339887  # golden section of the circle: neighbours in number differ
 GREY = -1  # the tint of what has none
 OUTLINE = (40, 40, 40)
+LETTERS_PX, LINE_PX = 10.0, 17.0  # of captions: how high capitals are, and how far apart lines
 # A point stands for a disc of its area; with so much more there are no gaps between discs.
 DISC_FILL = 1.6
 LARGEST_DISC = 0.08  # of the picture's side
@@ -60,15 +69,32 @@ def thumbnail(
     return canvas.png(size_px)
 
 
-def contact_sheet(scenes: Sequence[Scene], size_px: int = SIZE_PX, across: int = 10) -> bytes:
-    """Thumbnails of scenes in rows of so many, in their order, as one PNG."""
-    rows = -(-len(scenes) // across)
-    sheet = np.zeros((rows * size_px, min(across, len(scenes)) * size_px, 4), dtype=np.uint8)
-    for nth, scene in enumerate(scenes):
-        row, column = (size_px * place for place in divmod(nth, across))
-        data = np.frombuffer(thumbnail(scene, size_px), dtype=np.uint8)
-        picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
-        sheet[row : row + size_px, column : column + size_px] = picture
+def on_white(png: bytes) -> ColourImage:
+    """A transparent picture, a PNG, before white."""
+    drawn = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    levels = np.asarray(drawn, dtype=np.float64)
+    cover = levels[..., 3:] / 255.0
+    image: ColourImage = np.rint(levels[..., :3] * cover + 255.0 * (1.0 - cover)).astype(np.uint8)
+    return image
+
+
+def contact_sheet(
+    shown: Sequence[tuple[Scene, str]], size_px: int = SIZE_PX, across: int = 10
+) -> bytes:
+    """Thumbnails of scenes, each with its caption beneath, in rows of so many, as one PNG."""
+    width = size_px * (1 - 2 * MARGIN)
+    captions = [wrap(plain(caption), LETTERS_PX, width) for _, caption in shown]
+    tall = size_px + round(LINE_PX * (1 + max(map(len, captions), default=0)))
+    down, right = -(-len(shown) // across), min(across, len(shown))
+    sheet: ColourImage = np.full((down * tall, right * size_px, 3), 255, dtype=np.uint8)
+    for nth, ((scene, _), caption) in enumerate(zip(shown, captions, strict=True)):
+        row, column = nth // across * tall, nth % across * size_px
+        sheet[row : row + size_px, column : column + size_px] = on_white(thumbnail(scene, size_px))
+        for line, text in enumerate(caption, start=1):
+            longest = text_size(text, LETTERS_PX)[0]
+            scale = LETTERS_PX * min(1.0, width / longest) / LETTER_HEIGHT
+            start = column + round(MARGIN * size_px), row + size_px + round(line * LINE_PX)
+            cv2.putText(sheet, text, start, FONT, scale, OUTLINE, 1, cv2.LINE_AA)
     return cv2.imencode(".png", sheet)[1].tobytes()
 
 

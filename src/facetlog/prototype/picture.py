@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 
 import cv2
-import numpy as np
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.drawing.lettering import ColourImage, plain
-from facetlog.perception.surfaces.drawing.thumbnail import thumbnail, tint_colour
+from facetlog.perception.surfaces.drawing.lettering import plain
+from facetlog.perception.surfaces.drawing.thumbnail import on_white, thumbnail, tint_colour
 from facetlog.prototype.objective import Judged
 
 __all__ = ["picture", "role_faces"]
@@ -43,10 +42,7 @@ def picture(judged: Judged, size_px: int) -> bytes:
     """The solid on white as a PNG, with a legend of its parts; what plays none is grey."""
     roles = role_faces(judged)
     tints = {face: nth for nth, faces in reversed([*enumerate(roles.values())]) for face in faces}
-    data = np.frombuffer(thumbnail(judged.scene, size_px, tints), dtype=np.uint8)
-    drawn = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.float64)
-    cover = drawn[..., 3:] / 255.0
-    image: ColourImage = np.rint(drawn[..., :3] * cover + 255.0 * (1.0 - cover)).astype(np.uint8)
+    image = on_white(thumbnail(judged.scene, size_px, tints))
     line = round(LINE * size_px)
     for nth, role in enumerate(roles):
         top = (nth + 1) * line

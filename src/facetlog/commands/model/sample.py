@@ -109,6 +109,7 @@ def _write(model: str, samples: "Sequence[Sample]", folder: Path) -> None:
 
     labels: list[tuple[str, ...]] = [("file", "label", "kind", "form")]
     expected: list[tuple[str, ...]] = [("scene", "model", "expected")]
+    shown = []
     for nth, sample in enumerate(samples, start=1):
         file = f"{model}_{nth:03}.json"
         write_scene(sample.judged.scene, folder / file)
@@ -116,8 +117,9 @@ def _write(model: str, samples: "Sequence[Sample]", folder: Path) -> None:
         label = f"near {model}" if fails else model
         labels.append((file, label, f"fails {fails}" if fails else "holds", sample.form.name))
         expected.append((file, model, "fails" if fails else "holds"))
+        shown.append((sample.judged.scene, f"{label}: fails {fails}" if fails else label))
     for name, rows in ((LABELS, labels), (EXPECTED, expected)):
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows(rows)
         (folder / name).write_text(text.getvalue(), encoding="utf-8")
-    (folder / SHEET).write_bytes(contact_sheet([sample.judged.scene for sample in samples]))
+    (folder / SHEET).write_bytes(contact_sheet(shown))

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
-from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
+from facetlog.perception.surfaces.drawing.thumbnail import contact_sheet, thumbnail
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,
@@ -85,3 +85,33 @@ def test_of_a_sheet_only_the_side_is_drawn_that_is_looked_at(seed: int) -> None:
 )
 def test_a_scene_without_anything_is_an_empty_picture(scene: Scene) -> None:
     assert (_picture(scene)[..., 3] == 0).all()
+
+
+def _sheet(*captions: str, across: int = 10) -> NDArray[np.uint8]:
+    png = contact_sheet([(cuboid(), caption) for caption in captions], 120, across)
+    data = np.frombuffer(png, dtype=np.uint8)
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+
+
+def test_captions_stand_beneath_their_own_pictures() -> None:
+    sheet = _sheet("box", "", "near box: fails broad")
+    ink = (sheet[120:] < 128).all(axis=2).sum(axis=0)
+    first, second, third = (int(ink[at : at + 120].sum()) for at in (0, 120, 240))
+
+    assert third > first > 0
+    assert second == 0
+
+
+def test_a_caption_is_wrapped_and_a_long_word_made_smaller_so_that_all_of_it_shows() -> None:
+    sheet = _sheet("near box: fails " + "much_longer_than_wide" * 2, "box")
+    columns = (sheet[120:] < 128).all(axis=2).any(axis=0)
+
+    assert columns[:120].any()
+    assert not columns[114:126].any()
+
+
+def test_rows_of_a_contact_sheet_are_as_high_as_their_longest_caption_needs() -> None:
+    one, many = (_sheet(caption, "box", across=1) for caption in ("box", "near box: fails a b c d"))
+
+    assert one.shape[1] == many.shape[1] == 120
+    assert one.shape[0] < many.shape[0]
