@@ -85,16 +85,17 @@ def workbench(name: str, models: list[Path]) -> "Iterator[Workbench]":
 
 
 def conflict_lines(search: "Search") -> Iterator[str]:
-    """What cannot be met together, where it stands, and what to do."""
+    """What no solid met together, where it stands, and what to do."""
     from facetlog.prototype.conflict import conflict
 
     bench = search.bench
     labels = conflict(search)
     conditions = {c.label: c for c in search.best.judged.verdict.conditions}
-    together, change = (" together", "one of them") if len(labels) > 1 else ("", "it")
+    together = " together" if len(labels) > 1 else ""
     yield (
-        f"{bench.model}: of {bench.judged} solids that were tried none meets "
-        f"{', '.join(labels)}{together}: change {change}, or leave it out"
+        f"{bench.model}: of {bench.judged} solids that were tried, upright cuboids laid together "
+        f"and what examples build, none meets {', '.join(labels)}{together}; other things may, "
+        "and --effort tries more"
     )
     for label in labels:
         condition = conditions.get(label)
