@@ -17,7 +17,7 @@ _PIECES: tuple[FactKind, ...] = (
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
         "length, width and thickness of the least box round its surface, longest first; an end at "
-        "another piece is known to a cell",
+        "another piece is where their faces meet, or else known to a cell",
     ),
     _kind(
         "piece_heights +P:piece Low:length High:length Sd:length",
