@@ -25,6 +25,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 from facetlog.perception.surfaces.visible_lines import VisibleLines, visible_lines
 from facetlog.perception.types import Camera, FloatArray, Pose
 from tests.drawn_scenes import CAMERA, looking, viewed
+from tests.perception.space.simulated_scans import eye_at, scanned
 
 
 def drawn(scene: Scene, view: int = 0) -> VisibleLines:
@@ -143,7 +144,8 @@ def test_faces_that_go_on_in_one_plane_have_no_line_between_them() -> None:
 
 def test_facts_on_demand_are_those_that_others_leave_out() -> None:
     found: set[str] = set()
-    for scene in (viewed(table(), 2), viewed(build("frame", {}), 2)):
+    scan = scanned(table(), eye_at(table(), 30.0, 30.0))
+    for scene in (viewed(table(), 2), viewed(build("frame", {}), 2), scan):
         made = facts_on_demand(scene)
         found |= {fact.functor for fact in made}
         assert not ON_DEMAND & {fact.functor for fact in scene_facts(scene)}
