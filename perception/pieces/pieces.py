@@ -1,9 +1,8 @@
 """The pieces of a thing: its solid parts with their extents, and how they meet.
 
 A piece's extents are the sides of the least box round its surface, of the boxes that lie along
-the grid, one of its faces, or the direction in which it is thinnest. Where a piece ends at another
-that is at a face of one of them, or there is no surface: its end is known to a cell. What is known
-by edges alone is a cell thick.
+the grid, one of its faces, or the direction in which it is thinnest. Where it ends at another, that
+is at a face of one of them, or known to a cell. What is known by edges alone is a cell thick.
 """
 
 from collections.abc import Iterator, Sequence
@@ -182,7 +181,8 @@ def _cut_at_faces(
     """
     part = parts[at]
     owners = np.append(owner, (0, 0))[surface.face]  # of what is CURVED or EDGE 0
-    astray = (owners > 0) & ~_touching(parts, at, owners)
+    away = np.flatnonzero((owners > 0) & (owners != part))
+    astray = away[~_touching(parts, tuple(cells[away] for cells in at), owners[away])]
     whole = (owners > 0) & ~np.isin(surface.face, surface.face[astray])
     found = part.copy()
     for number in np.unique(part[whole]).tolist():
