@@ -306,9 +306,11 @@ class KnowledgeBase(Closing):
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
-        (verdict,) = self.with_unseen((verdict,), scene)
-        if verdict.thing:
-            verdict = replace(verdict, assumed=self._sight(scene, verdict.thing).assumed)
+        sight = self._sight(scene, verdict.thing)
+        if verdict.is_unseen:
+            missed = unseen(sight, verdict.thing, self._scene(scene).length_unit)
+            verdict = replace(verdict, unseen=missed)
+        verdict = replace(verdict, assumed=sight.assumed)
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
