@@ -7,17 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "FONT",
-    "LETTER_HEIGHT",
-    "Colour",
-    "ColourImage",
-    "Lettering",
-    "plain",
-    "text_size",
-    "wrap",
-    "write",
-]
+__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "wrap", "write"]
 
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red
@@ -95,14 +85,20 @@ def wrap(text: str, height: float, width: float) -> list[str]:
 
 
 def write(
-    image: ColourImage, text: str, start: tuple[float, float], height: float, colour: Colour
+    image: ColourImage,
+    text: str,
+    start: tuple[float, float],
+    height: float,
+    colour: Colour,
+    rim: Colour | None = RIM,
 ) -> None:
-    """Writes ASCII text with a dark rim; `start` is the left end of the base line, px."""
+    """Writes ASCII text, with a rim if any; `start` is the left end of the base line, px."""
     at = round(start[0]), round(start[1])
     scale, stroke = height / LETTER_HEIGHT, _stroke(height)
-    # The rim is the text again, shifted: a bolder text is wider, its letters would not fit.
-    for u, v in itertools.product((-stroke, 0, stroke), repeat=2):
-        cv2.putText(image, text, (at[0] + u, at[1] + v), FONT, scale, RIM, stroke, cv2.LINE_AA)
+    if rim is not None:
+        # The text again, shifted: a bolder text is wider, its letters would not fit.
+        for u, v in itertools.product((-stroke, 0, stroke), repeat=2):
+            cv2.putText(image, text, (at[0] + u, at[1] + v), FONT, scale, rim, stroke, cv2.LINE_AA)
     cv2.putText(image, text, at, FONT, scale, colour, stroke, cv2.LINE_AA)
 
 

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from facetlog.perception.scene import Face, Patch, Scene
 from facetlog.perception.surfaces.drawing.lettering import (
-    FONT,
-    LETTER_HEIGHT,
     ColourImage,
     plain,
     text_size,
     wrap,
+    write,
 )
 from facetlog.perception.types import FloatArray, Image
 
@@ -92,9 +91,9 @@ def contact_sheet(
         sheet[row : row + size_px, column : column + size_px] = on_white(thumbnail(scene, size_px))
         for line, text in enumerate(caption, start=1):
             longest = text_size(text, LETTERS_PX)[0]
-            scale = LETTERS_PX * min(1.0, width / longest) / LETTER_HEIGHT
-            start = column + round(MARGIN * size_px), row + size_px + round(line * LINE_PX)
-            cv2.putText(sheet, text, start, FONT, scale, OUTLINE, 1, cv2.LINE_AA)
+            height = LETTERS_PX * min(1.0, width / longest)
+            start = column + MARGIN * size_px, row + size_px + line * LINE_PX
+            write(sheet, text, start, height, OUTLINE, rim=None)
     return cv2.imencode(".png", sheet)[1].tobytes()
 
 
