@@ -164,6 +164,14 @@ class _Growth:
         return members
 
 
+def _members(labels: NDArray[np.intp]) -> dict[int, NDArray[np.intp]]:
+    """Return the nodes (n,) of each region by its label; those of none are left out."""
+    order = np.argsort(labels, kind="stable")
+    order = order[np.searchsorted(labels[order], 0) :]
+    found, starts = np.unique(labels[order], return_index=True)
+    return dict(zip(found.tolist(), np.split(order, starts[1:]), strict=True)) if len(order) else {}
+
+
 def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
     """Pairs (p, 2) of different regions that some link joins, each once."""
     first, second = np.repeat(labels, near.links.shape[1]), labels[near.links].ravel()
@@ -175,8 +183,9 @@ def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp
 def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
     """Labels in which regions that touch and have one plane, within its warp, are one."""
     labels = labels.copy()
-    groups = {k: np.flatnonzero(labels == k) for k in np.unique(labels[labels >= 0]).tolist()}
+    groups = _members(labels)
     sheets = {k: _Sheet.through(near, rows) for k, rows in groups.items()}
+    apart: set[tuple[int, int]] = set()  # pairs that were tried, of regions as they still are
     while True:
         pairs = _touching(near, labels).tolist()
         cosines = np.array([abs(sheets[one].normal @ sheets[two].normal) for one, two in pairs])
@@ -185,7 +194,7 @@ def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
             (one, two), cosine = pairs[place], float(cosines[place])
             if cosine < SCRAP_WAY:
                 break
-            if one in changed or two in changed:
+            if one in changed or two in changed or (one, two) in apart:
                 continue
             rows = np.concatenate([groups[one], groups[two]])
             sheet = _Sheet.through(near, rows)
@@ -200,6 +209,9 @@ def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
                 labels[groups.pop(two)] = one
                 groups[one], sheets[one] = rows, sheet
                 changed |= {one, two}
+            else:
+                apart.add((one, two))
+        apart = {pair for pair in apart if changed.isdisjoint(pair)}
         if not changed:
             return labels
 
@@ -234,7 +246,7 @@ def _width(places: FloatArray) -> float:
     return float(np.sqrt(12.0 * max(float(np.linalg.eigvalsh(np.cov(places.T))[1]), 0.0)))
 
 
-def _is_sliver(near: Neighbourhoods, rows: NDArray[np.bool_]) -> bool:
+def _is_sliver(near: Neighbourhoods, rows: NDArray[np.intp]) -> bool:
     """Whether nodes are only the rounded-off edge between two faces."""
     width = _width(near.middles[rows])
     thick = float(np.median(near.thickness[rows])) > SLIVER_THICKNESS * near.noise
@@ -243,8 +255,7 @@ def _is_sliver(near: Neighbourhoods, rows: NDArray[np.bool_]) -> bool:
 
 def _curved_strips(near: Neighbourhoods, labels: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Nodes of each region that is a piece of a curved surface."""
-    every = (np.flatnonzero(labels == k) for k in np.unique(labels[labels >= 0]).tolist())
-    return [rows for rows in every if _is_curved(near.places[rows], near.noise)]
+    return [rows for rows in _members(labels).values() if _is_curved(near.places[rows], near.noise)]
 
 
 def _without_curves(
@@ -271,22 +282,27 @@ def _spread_curves(
     """
     widest = max((_width(near.places[rows]) for rows in strips), default=0.0)
     labels = labels.copy()
+    narrow = {
+        label: (rows, _Sheet.through(near, rows).normal)
+        for label, rows in _members(labels).items()
+        if _width(near.places[rows]) <= widest
+    }
     for _ in range(SPREADS):
         curved = labels == CURVED
         if not curved.any():
             break
         before = labels.copy()
-        for label in np.unique(labels[labels >= 0]).tolist():
-            rows = np.flatnonzero(labels == label)
-            if len(rows) > curved.sum() or _width(near.places[rows]) > widest:
+        count = curved.sum()
+        for label, (rows, normal) in list(narrow.items()):
+            if len(rows) > count:
                 continue
-            normal = _Sheet.through(near, rows).normal
             beyond = near.links[rows].ravel()
             # what is of no region says nothing: on a curve regions of one normal leave gaps
             beyond = beyond[(labels[beyond] != label) & (labels[beyond] != -1)]
             smooth = curved[beyond] & (np.abs(near.normals[beyond] @ normal) >= SMOOTH_WAY)
             if len(beyond) and smooth.mean() >= SMOOTH_SHARE:
                 labels[rows] = CURVED
+                del narrow[label]
         # nodes of no region amid a curved surface
         free = np.flatnonzero(labels == -1)
         labels[free[(labels[near.links[free]] == CURVED).mean(axis=1) >= SMOOTH_SHARE]] = CURVED
@@ -300,9 +316,8 @@ def _kept(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
     found = np.where(labels == CURVED, CURVED, -1)
     count = 0
     least = max(LEAST_NODES, round(LEAST_SHARE * near.size * near.share))
-    for label in np.unique(labels[labels >= 0]).tolist():
-        rows = labels == label
-        if rows.sum() >= least and not _is_sliver(near, rows):
+    for rows in _members(labels).values():
+        if len(rows) >= least and not _is_sliver(near, rows):
             found[rows] = count
             count += 1
     return found
