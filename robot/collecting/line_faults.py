@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.motion import WATCHDOG
 from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.problems import Cause, Problem
 
@@ -32,15 +33,27 @@ def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> De
 
 
 def coasts_when_cut(configuration: Configuration | None, speed: float) -> str:
-    """What to say of a robot at a speed (m/s) that goes on for long where its line is cut; empty
-    where it does not, or does not report it.
+    """Return what to say of a robot at a speed (m/s) that goes on for long where its line is cut,
+    "" where it does not.
 
     No command of a client sets the time: it is a parameter in the robot's FLASH.
 
-    >>> coasts_when_cut(None, 0.5)
+    >>> coasts_when_cut(None, 0.05)
     ''
     """
-    watchdog_ms = 0 if configuration is None else configuration.watchdog_ms or 0
+    watchdog_ms = None if configuration is None else configuration.watchdog_ms
+    if watchdog_ms is None:
+        coasts, usual = speed * WATCHDOG, f"{WATCHDOG:g} s"
+        if coasts <= COASTS:
+            return ""
+        return (
+            f"the robot does not report its watchdog: with the usual {usual} it would go on for "
+            f"{coasts:.1f} m, were its line cut while it drives, and without one for good"
+        )
+    if watchdog_ms == 0:
+        return (
+            "the robot's own watchdog is off: were its line cut while it drives, it would not stop"
+        )
     coasts = speed * watchdog_ms / 1e3
     if coasts <= COASTS:
         return ""

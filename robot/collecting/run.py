@@ -121,7 +121,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 baud=request.baud,
             )
         )
-        robot.on_problem(partial(_warn_of_odometry, listener))
+        robot.on_problem(partial(_warn_of_problem, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
         seen = camera_and_optics(
@@ -216,9 +216,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     )
 
 
-def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
-    """Poses from now on are less certain, which their covariances say too."""
-    if problem.cause is Cause.ODOMETRY:
+def _warn_of_problem(listener: Listener, problem: Problem) -> None:
+    """Warn of what makes poses less certain and ends nothing; covariances say the former too."""
+    if problem.cause in (Cause.ODOMETRY, Cause.REPORTS_AGAIN):
         listener.warn(str(problem))
 
 

@@ -23,6 +23,7 @@ from facetlog.robot.collecting.option_words import resumed_from, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.route import Circle, shortest_route
+from facetlog.robot.collecting.steering import HEADING_TOLERANCE, PLACE_TOLERANCE
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.pose2 import Pose2
@@ -254,7 +255,7 @@ def _take(
     state = rig.base.stand(SETTLE)
     robot = rig.base.place(state)
 
-    notes: list[str] = []
+    notes = _off_place(stop.robot.between(robot))
     wanted = gaze_at(robot, rig.reach.mount, stop.point)
     gaze = rig.reach.within(wanted)
     if abs(gaze.pan - wanted.pan) > HEAD_PLAY_SD:
@@ -290,6 +291,17 @@ def _take(
         ),
         image,
     )
+
+
+def _off_place(off: Pose2) -> list[str]:
+    """Return what to say of a robot that stands so far off the place that the tour asks for."""
+    way = math.hypot(off.x, off.y)
+    if way <= PLACE_TOLERANCE and abs(off.heading) <= 2 * HEADING_TOLERANCE:
+        return []
+    return [
+        f"taken {way:.2f} m and {math.degrees(abs(off.heading)):.0f}° off the place that the tour"
+        " asks for; the pose is that of where the robot stood"
+    ]
 
 
 def _shoot(

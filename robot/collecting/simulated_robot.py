@@ -1,7 +1,8 @@
 """Defaults and checks for a simulated robot: its true pose, its camera and calibration.
 
 An address does not identify it: a real robot, too, can be reached at 127.0.0.1, through a tunnel or
-a serial server. What counts is the serial number that the robot reports in CONFIG.
+a serial server. What counts is the serial number that the robot reports in CONFIG: that of
+`facetlog simulate` names it and its camera, others ("SIM" of AMRISim) have cameras of their own.
 """
 
 import math
@@ -17,7 +18,6 @@ from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 
 __all__ = [
-    "SIMULATED_CAMERA",
     "CameraAndOptics",
     "ConnectedRobot",
     "camera_and_optics",
@@ -25,10 +25,6 @@ __all__ = [
     "is_simulated",
 ]
 
-# The serial number that simulators give: AMRISim, and `facetlog simulate`.
-SIMULATED_SERIAL_NUMBER = "SIM"
-SIMULATED_CAMERA = "http://127.0.0.1:8100/"
-"""The camera of `facetlog simulate` without options."""
 # Hosts of robots and cameras on this machine.
 LOCAL = ("127.", "localhost", "/dev/pts/")
 # How far the robot may stand from the given start: small enough to count as the same place.
@@ -55,9 +51,8 @@ class CameraAndOptics:
 
 
 def is_simulated(robot: ConnectedRobot) -> bool:
-    """Whether the robot reports that it is simulated."""
-    configuration = robot.configuration
-    return configuration is not None and configuration.serial_number == SIMULATED_SERIAL_NUMBER
+    """Return whether the robot reports that it is of `facetlog simulate`."""
+    return robot.configuration is not None and robot.configuration.simulated
 
 
 def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]) -> None:
@@ -93,16 +88,17 @@ def camera_and_optics(
 
     InputError where they must be given: for a robot that is not simulated, or not on this machine.
     """
-    simulated = is_simulated(robot)
+    simulated = None if robot.configuration is None else robot.configuration.simulated_camera
     if camera is None:
         place = address.removeprefix("tcp:").removeprefix("serial:")
-        if not (simulated and place.startswith(LOCAL)):
+        if simulated is None or not place.startswith(LOCAL):
             raise InputError(
                 f"which camera is on {address}? Give --camera: 0, /dev/video0, http://…"
             )
-        camera = SIMULATED_CAMERA
+        camera = simulated
+        note(f"no --camera: it is {camera}, as the simulated robot reports")
     if optics is None:
-        if not (simulated and (urlsplit(camera).hostname or "").startswith(LOCAL)):
+        if simulated is None or not (urlsplit(camera).hostname or "").startswith(LOCAL):
             raise InputError(f"camera {camera} needs its calibration: give --camera-file")
         note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
         optics = Optics(tour_camera())

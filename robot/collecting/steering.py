@@ -11,7 +11,16 @@ from itertools import pairwise
 from facetlog.robot.collecting.route import Route
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["SLOWEST", "Motion", "Pace", "Progress", "along", "towards_heading"]
+__all__ = [
+    "HEADING_TOLERANCE",
+    "PLACE_TOLERANCE",
+    "SLOWEST",
+    "Motion",
+    "Pace",
+    "Progress",
+    "along",
+    "towards_heading",
+]
 
 # Look-ahead, metres along the route: it cuts 1 cm off a circle of 1 m (s² / 8 r), and is steady at
 # 0.3 m/s with ten reports a second (a lag of 0.15 s is 5 cm).
@@ -26,6 +35,9 @@ NO_LENGTH = 1e-6
 # The end counts as reached at this distance along the route, metres: closer, the distance between
 # two reports at the slowest speed decides.
 ARRIVED = 0.008
+# What path tracking leaves at the end of a route, metres: ahead a report's way (0.1 s) at
+# Pace.speed, to the side what looking ahead cuts off a circle of 1 m, both twice over.
+PLACE_TOLERANCE = 0.06
 # Tolerance of a heading, radians: the rest is compensated by the head's pan.
 HEADING_TOLERANCE = math.radians(1.5)
 

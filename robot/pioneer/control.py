@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.guard import Guard
 from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.line.last_will import NotStoppedError
 from facetlog.robot.pioneer.motion import LONGEST_LEASE, WATCHDOG, Motion
 from facetlog.robot.pioneer.odometry import OdometryErrors
 from facetlog.robot.pioneer.packets.commands import Command, argument_of, integer_command
@@ -18,6 +19,7 @@ from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.scale_check import ScaleCheck
 from facetlog.robot.pioneer.settings import limit_settings, restored_settings
 from facetlog.robot.pioneer.state import RobotState, StateMaker, reports_motors
 
@@ -47,7 +49,8 @@ class Control:
     ) -> None:
         self.limits = (limits or Limits()).of_robot(parameters, configuration)
         watchdog_ms = configuration.watchdog_ms if configuration else None
-        self.motion = Motion(now, self.limits, (watchdog_ms or WATCHDOG * 1e3) / 1e3)
+        self._watchdog = None if watchdog_ms is None else watchdog_ms / 1e3
+        self.motion = Motion(now, self.limits, self._watchdog or WATCHDOG)
         self.state: RobotState | None = None
         self.halted: Problem | None = None
         """The problem that stopped the robot, until it is cleared."""
@@ -58,6 +61,7 @@ class Control:
         # On connecting the robot's motors are off, whatever they were before (manuals of both).
         self._maker.motors_thought_on = False
         self._motors_wanted = False
+        self._scale = ScaleCheck(parameters)
         self._guard = Guard(self.limits.battery_v or 0.0)
         self._limit_settings = limit_settings(self.limits, configuration)
         self._restored_settings = restored_settings(configuration)
@@ -193,11 +197,33 @@ class Control:
             raise type(self.lost)(*self.lost.args) from self.lost
 
     def fail(self, error: DeviceError, cause: Cause, now: float) -> None:
-        """Ends the session for a reason; the first one stays."""
-        if self.lost is None:
-            self.lost = error
-            self.motion.rest(in_time=True)
-            self.say(Problem(cause, str(error), now, stopped=True))
+        """End the session for a reason; the first one stays.
+
+        Where it is not known that the robot was stopped, the reason says how far it may go on.
+        """
+        if self.lost is not None:
+            return
+        not_stopped = isinstance(error, NotStoppedError)
+        if not_stopped or (cause is Cause.LINK_LOST and isinstance(error, DeviceTimeout)):
+            error = type(error)(f"{error}{self._coasting()}")
+        self.lost = error
+        self.motion.rest(in_time=True)
+        self.say(Problem(cause, str(error), now, stopped=not not_stopped))
+
+    def _coasting(self) -> str:
+        """Return how far the robot may go on by itself, "" if it stood by its last report."""
+        if self.state is None or self.state.standing:
+            return ""
+        speed = max(abs(self.state.speed), abs(self.motion.commanded[0]))
+        watchdog = WATCHDOG if self._watchdog is None else self._watchdog
+        drove = f". It drove at {speed:.2f} m/s by its last report"
+        if watchdog == 0.0:
+            return f"{drove}, and has no watchdog: press its STOP button"
+        whose = "its own watchdog stops it" if self._watchdog else "a watchdog usually stops it"
+        return (
+            f"{drove}: {whose} after {watchdog:g} s without commands, up to"
+            f" {speed * watchdog:.1f} m on"
+        )
 
     def say(self, *problems: Problem) -> None:
         """Records problems for `problems` and `new_problems`."""
@@ -206,6 +232,13 @@ class Control:
 
     def _take_report(self, sip: ServerInformation, at: float) -> None:
         state, doubt = self._maker.state(sip, at)
+        if self._quiet and self.state is not None and not self.state.standing:
+            silent, speed = at - self._last_report, abs(self.state.speed)
+            text = (
+                f"for {silent:.1f} s no report came of the robot, which drove at {speed:.2f} m/s:"
+                f" commands may not have reached it either, for up to {silent * speed:.2f} m"
+            )
+            self.say(Problem(Cause.REPORTS_AGAIN, text, at))
         self._last_report, self._last_sign, self._quiet = at, at, False
         if doubt is not None:
             self.say(Problem(Cause.ODOMETRY, doubt, at))
@@ -213,7 +246,10 @@ class Control:
             self._maker.motors_thought_on = True
         self.state = state
         self.motion.saw(state.standing)
-        self._halt(self._guard.look(state, self.motion.commanded, self._motors_wanted))
+        problems = self._guard.look(state, self.motion.commanded, self._motors_wanted)
+        if (wrong := self._scale.find_fault(state)) is not None:
+            problems.append(Problem(Cause.SCALE, wrong, at, stopped=True))
+        self._halt(problems)
 
     def _halt(self, problems: Iterable[Problem]) -> None:
         for problem in problems:

@@ -24,7 +24,11 @@ class Cause(StrEnum):
     """No reports for a while."""
     LINK_LOST = "link lost"
     RESET = "reset"
+    REPORTS_AGAIN = "reports again"
+    """Reports come again after a silence while the robot drove."""
     ODOMETRY = "odometry"
+    SCALE = "scale"
+    """What the robot reports disagrees on its own scale."""
     LOG = "log"
     CALLBACK = "callback"
 

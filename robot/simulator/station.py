@@ -80,6 +80,8 @@ class Station:
             made.callback(web.close)
             made.callback(pictures.close)
             self._made = made.pop_all()
+        with self._live.now() as (simulation, _):
+            simulation.firmware.drive.name_camera(f"{web.address}/")
         self.addresses = Addresses(
             robot=tcp.address,
             pty=None if line is None else line.address,

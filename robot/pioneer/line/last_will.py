@@ -6,18 +6,24 @@ that ended.
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from facetlog.errors import FacetlogError
+from facetlog.errors import DeviceError, FacetlogError
 from facetlog.robot.pioneer.line.dead_man import DeadMan
 from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
 
-__all__ = ["LastWill"]
+__all__ = ["LastWill", "NotStoppedError"]
 
 OPEN_AGAIN_TIMEOUT = 0.5
 """Seconds for each attempt to open a broken line again."""
+SAID_AFTER = 1.0
+"""Seconds of failed attempts after which it is said that the robot was not stopped; tried on."""
 PARTING_PAUSE = 0.05
 """Seconds between the commands that end a session: P2OS takes one in each half cycle."""
+
+
+class NotStoppedError(DeviceError):
+    """The line to a robot that may move is broken, and nothing that stops it could be written."""
 
 
 class LastWill:
@@ -30,15 +36,28 @@ class LastWill:
         self.port = port
         """The line as it then is, None where it could not be opened."""
 
-    def carry_out(self, dead_man: DeadMan, parting: Sequence[bytes]) -> bool:
-        """Stops the robot, if it is not known to stand, and ends its session; whether the line took
-        a stop.
+    def carry_out(
+        self,
+        dead_man: DeadMan,
+        parting: Sequence[bytes],
+        report: Callable[[bool], None] | None = None,
+    ) -> bool:
+        """Stop the robot, if it is not known to stand, and end its session; return whether the line
+        took a stop.
+
+        `report` is called once: as soon as it took one, or when it took none for `SAID_AFTER`.
         """
-        dead_man.expire(time.monotonic())
+        began = time.monotonic()
+        dead_man.expire(began)
         took = False
         while not math.isinf(due := dead_man.due):
             time.sleep(max(0.0, due - time.monotonic()))
             took |= self._write(dead_man.advance(time.monotonic()))
+            if report is not None and (took or time.monotonic() - began >= SAID_AFTER):
+                report(took)
+                report = None
+        if report is not None:
+            report(took)
         for command in parting:
             self._write(command)
             time.sleep(PARTING_PAUSE)

@@ -19,10 +19,11 @@ import struct
 import sys
 import time
 from enum import IntEnum
+from functools import partial
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError, InputError
 from facetlog.robot.pioneer.line.dead_man import DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill
+from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
 
 __all__ = ["ERRORS", "LARGEST", "LEASE_END", "RATE", "Ask", "Say", "main"]
@@ -59,9 +60,11 @@ class Say(IntEnum):
     DEVICE_ERROR = 2
     DEVICE_TIMEOUT = 3
     INPUT_ERROR = 4
+    NOT_STOPPED = 5
 
 
 ERRORS: dict[Say, type[FacetlogError]] = {
+    Say.NOT_STOPPED: NotStoppedError,
     Say.DEVICE_TIMEOUT: DeviceTimeout,
     Say.DEVICE_ERROR: DeviceError,
     Say.INPUT_ERROR: InputError,
@@ -87,22 +90,33 @@ class _LineOwner:
             self._fail(error)
             return
         self._say(Say.DONE, bytes([port.has_baud]) + port.address.encode())
+        broken: DeviceError | None = None
         try:
             self._serve(port)
         except DeviceError as error:
             self._port = None
             port.close()
-            if self._dead_man.holds:
-                error = type(error)(f"{error}; it is opened again to stop the robot")
-            else:
+            broken = error
+            if not self._dead_man.holds:
                 self._closed = True  # nothing is left to be done on it
-            self._fail(error)
+                self._fail(error)
         if not self._closed:
             will = LastWill(self._address, self._baud, self._port)
-            will.carry_out(self._dead_man, self._parting)
+            will.carry_out(self._dead_man, self._parting, partial(self._stopped, broken))
             self._port = will.port
         if self._port is not None:
             self._port.close()
+
+    def _stopped(self, broken: DeviceError | None, took: bool) -> None:
+        """Say of a line that broke whether the robot was stopped over it, opened again."""
+        if broken is None:
+            return
+        if took:
+            self._fail(type(broken)(f"{broken}; it was opened again to stop the robot"))
+        else:
+            self._fail(
+                NotStoppedError(f"{broken}; it cannot be opened again: the robot was not stopped")
+            )
 
     def _serve(self, port: SerialPort | TcpPort) -> None:
         """Until the driver closes the line or is gone; DeviceError if the line breaks."""

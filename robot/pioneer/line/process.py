@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
 from facetlog.python_process import importing_environment, python_module
 from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill
+from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
 
 __all__ = ["LineProcess"]
@@ -173,12 +173,14 @@ class LineProcess:
         took = will.carry_out(self._dead_man, self._parting)
         if will.port is not None:
             will.port.close()
-        stopped = (
-            "the robot was stopped over the line opened again"
-            if took
-            else "its line cannot be opened to stop the robot, whose own watchdog does"
-        )
-        self._fault = DeviceError(f"{self._ended}: {stopped}; connect again")
+        if took:
+            self._fault = DeviceError(
+                f"{self._ended}: the robot was stopped over the line opened again; connect again"
+            )
+        else:
+            self._fault = NotStoppedError(
+                f"{self._ended}, and its line cannot be opened again: the robot was not stopped"
+            )
         return self._fault
 
     @property

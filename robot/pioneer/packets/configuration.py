@@ -9,11 +9,15 @@ from dataclasses import dataclass
 
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
-__all__ = ["AUTOBAUD", "CONFIGURATION_KIND", "Configuration"]
+__all__ = ["AUTOBAUD", "CONFIGURATION_KIND", "SIMULATOR", "Configuration"]
 
 CONFIGURATION_KIND = 0x20
 AUTOBAUD = 2
 """Value of `autobaud` of a port that takes a change of its speed."""
+
+SIMULATOR = "facetlog"
+"""First word of the serial number of a robot that `facetlog simulate` is; its camera's address is
+the second. Other simulators have "SIM"."""
 
 STRING = "s"
 LAYOUT = (
@@ -130,6 +134,17 @@ class Configuration:
     gyro_clockwise: int | None = None
     gyro_counter_clockwise: int | None = None
     kinematics_delay: int | None = None
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it is of `facetlog simulate`."""
+        return (self.serial_number or "").split()[:1] == [SIMULATOR]
+
+    @property
+    def simulated_camera(self) -> str | None:
+        """The address of the simulated camera; None of a real robot or another simulator."""
+        words = (self.serial_number or "").split()
+        return words[1] if self.simulated and len(words) > 1 else None
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Configuration":

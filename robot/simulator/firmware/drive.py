@@ -2,10 +2,10 @@
 
 import math
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from facetlog.robot.pioneer.packets.commands import NEGATIVE, Command, argument_of
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.configuration import SIMULATOR, Configuration
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.simulator.body.contacts import Contacts, pressed
@@ -50,6 +50,12 @@ class Drive:
         self.odometry = Odometry()
         self.motors = False
         self.body.left = self.body.right = 0.0
+
+    def name_camera(self, address: str) -> None:
+        """Report the camera's address in the serial number, unless the world file gives one."""
+        if self.configuration.serial_number == SIMULATOR:
+            serial_number = f"{SIMULATOR} {address}"
+            self.configuration = replace(self.configuration, serial_number=serial_number)
 
     def enable(self, on: bool) -> None:
         """Motors on, unless the stop button is pressed, or off; motion commands are cleared."""

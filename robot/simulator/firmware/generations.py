@@ -6,14 +6,12 @@ PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller), A
 import math
 from enum import IntEnum
 
-from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, Configuration
+from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
 
 __all__ = ["Generation", "default_configuration", "generation_of", "tail_length"]
 
 ROBOT_CLASS = "Pioneer"
-# As AMRISim says it: clients know a simulator by it.
-SERIAL_NUMBER = "SIM"
 # The robots whose controller was exchanged for the one that AROS was written for.
 AROS_MODELS = frozenset({"p2d8", "p2at8", "p3dx", "p3at"})
 ARCOS_SUFFIX = "-sh"
@@ -72,7 +70,7 @@ def default_configuration(parameters: Parameters, name: str) -> Configuration:
     return Configuration(
         robot_class=ROBOT_CLASS,
         subclass=parameters.name,
-        serial_number=SERIAL_NUMBER,
+        serial_number=SIMULATOR,
         four_motors=0,
         turning_top=turning_top,
         speed_top=speed_top,

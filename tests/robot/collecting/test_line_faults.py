@@ -44,5 +44,6 @@ def test_how_far_a_robot_goes_on_when_its_line_is_cut_is_said_if_it_is_far() -> 
     usual = default_configuration(parameters_of("p3dx"), "robot")
     assert "for 0.4 m before it brakes" in coasts_when_cut(usual, 0.2)
     assert coasts_when_cut(replace(usual, watchdog_ms=500), 0.4) == ""
-    assert coasts_when_cut(replace(usual, watchdog_ms=None), 0.5) == ""
-    assert coasts_when_cut(None, 0.5) == ""
+    for unknown in (None, replace(usual, watchdog_ms=None)):
+        assert "does not report its watchdog" in coasts_when_cut(unknown, 0.5)
+    assert "would not stop" in coasts_when_cut(replace(usual, watchdog_ms=0), 0.5)

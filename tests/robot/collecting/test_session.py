@@ -19,7 +19,7 @@ from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
-from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.route import Circle, Route
 from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
@@ -109,6 +109,21 @@ def test_the_papers_tour_is_collected_at_its_places(tmp_path: Path) -> None:
     nearest = min(math.dist((p.x, p.y), TARGET[:2]) for p in scene.robot.true_path)
     assert nearest > FORBIDDEN[0].radius
     assert len(list(tmp_path.glob("*.png"))) == 24
+    assert not scene.heard.warnings
+
+
+def test_a_view_that_is_taken_off_its_place_says_so(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    follow = scene.base.follow
+
+    def stops_short(route: Route) -> None:
+        follow((route[0], *((x + 0.5, y) for x, y in route[1:])))
+
+    scene.base.follow = stops_short  # type: ignore[method-assign]
+    collect(scene.rig, scene.plan(2).stops, scene.record, scene.heard)
+    (view,) = scene.heard.views
+    assert any("taken 0.5" in note and "off the place" in note for note in view.notes)
+    assert any("off the place" in line for line in scene.heard.warnings)
 
 
 def test_a_picture_is_taken_after_the_robot_and_the_head_have_stood(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from facetlog.cli import main
 from facetlog.errors import DeviceTimeout, InputError
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.simulated_robot import (
-    SIMULATED_CAMERA,
     camera_and_optics,
     check_start,
 )
@@ -20,10 +19,12 @@ from facetlog.robot.simulator.world_file import RobotSetup, StartSetup, WorldSet
 from facetlog.robot.tour import tour_camera
 from tests.robot.simulator.running import SMALL, Running
 
+CAMERA = "http://127.0.0.1:8100/"
+
 
 @dataclass
 class ConnectedRobot:
-    serial_number: str | None = "SIM"
+    serial_number: str | None = f"facetlog {CAMERA}"
     true: Pose2 | None = None
 
     @property
@@ -58,7 +59,7 @@ def test_where_a_simulated_robot_stands_may_be_off_by_a_little() -> None:
     check_start(ConnectedRobot(true=Pose2(0.03, -0.03, math.radians(-2))), Pose2(), _quiet)
 
 
-@pytest.mark.parametrize("serial_number", [None, "", "AB1234"])
+@pytest.mark.parametrize("serial_number", [None, "", "AB1234", "SIM"])
 def test_the_true_pose_of_a_real_robot_is_not_requested(serial_number: str | None) -> None:
     check_start(ConnectedRobot(serial_number, Pose2(3.0)), Pose2(), _quiet)
 
@@ -73,9 +74,10 @@ def test_a_simulated_robot_without_a_true_pose_gives_a_warning() -> None:
 def test_only_a_robot_that_says_so_has_the_simulated_camera(address: str) -> None:
     said: list[str] = []
     seen = camera_and_optics(ConnectedRobot(), address, None, None, said.append)
-    assert seen.camera == SIMULATED_CAMERA
-    assert "--camera-file" in said[0]
-    for serial_number in (None, "AB1234"):
+    assert seen.camera == CAMERA
+    assert "--camera" in said[0]
+    assert "--camera-file" in said[1]
+    for serial_number in (None, "AB1234", "SIM"):
         robot = ConnectedRobot(serial_number)
         with pytest.raises(InputError, match=f"which camera is on {address}.* --camera"):
             camera_and_optics(robot, address, None, None, _quiet)

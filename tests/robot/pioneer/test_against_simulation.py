@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from facetlog.errors import DeviceError
 from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.problems import Cause
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2, wrapped
@@ -54,9 +56,9 @@ class SimulatedPort:
 class Run:
     """A connected robot whose motors are on."""
 
-    def __init__(self, setup: WorldSetup) -> None:
+    def __init__(self, setup: WorldSetup, model: str | None = None) -> None:
         self.port = SimulatedPort(setup)
-        self.connected: Connected = connect_over(self.port, self.port.clock)
+        self.connected: Connected = connect_over(self.port, self.port.clock, model=model)
         self.control = Control(
             self.port.now, self.connected.parameters, self.connected.configuration
         )
@@ -173,7 +175,8 @@ def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing(rate: float) -> No
     assert run.state.standing
     assert math.hypot(pose.x - true.x, pose.y - true.y) < 2e-3
     assert abs(wrapped(pose.heading - true.heading)) < 0.004
-    assert {p.cause for p in run.control.problems} <= {Cause.QUIET, Cause.LEASE}
+    causes = {p.cause for p in run.control.problems}
+    assert causes <= {Cause.QUIET, Cause.REPORTS_AGAIN, Cause.LEASE}
 
 
 def test_a_watchdog_of_half_a_second_is_kept_awake_while_the_robot_drives_and_stands() -> None:
@@ -199,3 +202,23 @@ def test_a_power_cycle_ends_the_session() -> None:
     assert run.control.lost is not None
     assert run.port.simulation.state(run.port.now).speed == 0
     assert run.state.pose.x > 0.2
+
+
+def test_a_robot_that_counts_in_other_units_is_stopped_before_it_is_far() -> None:
+    run = Run(world(ErrorSetup(), model="p3dx-sh"), model="p3dx")
+    run.run(1.0)
+    with pytest.raises(DeviceError, match=r"its positions change by 0\.49 times .* p3dx-sh"):
+        run.run(10.0, 0.3, 0.0)
+    run.run(2.0)
+    assert [p.cause for p in run.control.problems] == [Cause.SCALE]
+    assert run.state.standing
+    assert run.start.between(run.true_pose()).x < 2.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_no_model_is_suspected_of_another_scale_than_its_own(model: str) -> None:
+    run = Run(world(ErrorSetup(slip=0.02, encoder=0.001), model=model))
+    for speed, turning in ((0.3, 0.0), (0.0, 0.5), (0.2, 0.3), (-0.1, -0.3), (0.05, 0.1)):
+        run.run(5.0, speed, turning)
+        run.run(1.0)
+    assert Cause.SCALE not in [problem.cause for problem in run.control.problems]

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.line.last_will import NotStoppedError
 from facetlog.robot.pioneer.line.process import LineProcess
 
 PATIENCE = 20.0
@@ -23,6 +24,7 @@ OUTPUT_SPEED = 5  # its place in what tcgetattr gives
 STOP, OFF, BYE = b"<stop>", b"<off>", b"<bye>"
 DRIVER = """
 import sys, time
+from facetlog.robot.pioneer.line.last_will import NotStoppedError
 from facetlog.robot.pioneer.line.process import LineProcess
 line = LineProcess(sys.argv[1])
 line.part([b"<off>", b"<bye>"])
@@ -163,6 +165,18 @@ def test_a_closed_connection_is_opened_again_to_stop_the_robot(
     assert robot.hears_nothing_more()
 
 
+def test_a_robot_whose_line_cannot_be_opened_again_was_not_stopped(
+    robot: Robot, line: LineProcess
+) -> None:
+    line.hold(time.monotonic() + PATIENCE, STOP)
+    line.write(b"<go>")
+    robot.hears(b"<go>")
+    robot.close()
+    fault = raised(line)
+    assert isinstance(fault, NotStoppedError)
+    assert "not stopped" in str(fault)
+
+
 def test_of_a_robot_that_stands_a_closed_connection_stays_closed(
     robot: Robot, line: LineProcess
 ) -> None:
@@ -280,7 +294,7 @@ def test_where_the_owner_is_killed_its_driver_stops_the_robot(
     assert "the robot was stopped" in str(raised(line))
 
 
-def test_where_the_line_is_gone_with_its_owner_it_is_said_that_the_watchdog_stops_the_robot(
+def test_where_the_line_is_gone_with_its_owner_it_is_said_that_the_robot_was_not_stopped(
     robot: Robot, line: LineProcess
 ) -> None:
     line.hold(time.monotonic() + PATIENCE, STOP)
@@ -290,7 +304,7 @@ def test_where_the_line_is_gone_with_its_owner_it_is_said_that_the_watchdog_stop
     os.kill(line.process, signal.SIGSTOP)
     robot.close()
     os.kill(line.process, signal.SIGKILL)
-    assert "whose own watchdog does" in str(raised(line))
+    assert "the robot was not stopped" in str(raised(line))
 
 
 def write_for_ever(line: LineProcess) -> None:

@@ -185,7 +185,7 @@ def test_config_is_complete_and_read_back_by_the_codec() -> None:
     (packet,) = (p for p in client.wait(0.01) if p.kind == 0x20)
     told = Configuration.from_packet(packet)
     assert (told.robot_class, told.subclass) == ("Pioneer", "p2dx")
-    assert told.serial_number == "SIM"  # by which clients know a simulator
+    assert told.simulated
     assert (told.cycle_ms, told.watchdog_ms, told.front_bumpers) == (100, 2000, 5)
     assert None not in [getattr(told, name) for name in told.__dataclass_fields__]
 
