@@ -69,13 +69,13 @@ def test_table_matrix_and_python_give_one_answer_and_users_models_come_first(
     items: list[Item], tmp_path: Path
 ) -> None:
     own = tmp_path / "trolley.model"
-    own.write_text("model trolley\n  part top where top is level\n\n  big: top is upward\n")
+    own.write_text("model trolley\n  face deck where deck is level\n\n  up: deck is upward\n")
     engine = SceneEngine(Settings(models=(str(own),)))
     try:
         row = engine.row(items[4])
     finally:
         engine.close()
-    facts = scene_facts(table())
+    facts = [fact.row for fact in scene_facts(table())]
     with open_knowledge_base([own]) as base:
         found = judge_scene(base, "s", facts)
     named = [verdict.model for verdict in found.best]
