@@ -206,9 +206,10 @@ class BatchJudge(Closing):
                 (next(field), float(next(field)), float(next(field)))
                 for _ in range(int(next(field)))
             )
+            rules = self._base.models[model]
             confidence = self._base.calibration.confidence(
                 model,
-                self._base.models[model].judging,
+                rules.judging,
                 kinds.get(thing, InputKind.PICTURES),
                 State(state),
                 float(low),
@@ -224,7 +225,8 @@ class BatchJudge(Closing):
                 parts=parts,
                 sizes=sizes,
                 specialises=self._general.get(model, ()),
-                rather_than=self._base.models[model].rather_than.get(model, ()),
+                rather_than=rules.rather_than.get(model, ()),
+                own=rules.own,
                 cost=cost,
             )
 

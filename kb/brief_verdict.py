@@ -51,4 +51,5 @@ class BriefVerdict:
     sizes: tuple[tuple[str, float, float], ...]
     specialises: tuple[str, ...] = ()
     rather_than: tuple[str, ...] = field(default=(), compare=False)
+    own: bool = field(default=False, compare=False)
     cost: Cost = field(default=Cost(), compare=False)

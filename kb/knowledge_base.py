@@ -335,8 +335,9 @@ class KnowledgeBase(Closing):
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)
         verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
-        others = self._model(verdict.model).rather_than.get(verdict.model, ())
-        return replace(verdict, rather_than=others)
+        rules = self._model(verdict.model)
+        others = rules.rather_than.get(verdict.model, ())
+        return replace(verdict, rather_than=others, own=rules.own)
 
     def why_not(
         self,

@@ -157,11 +157,10 @@ def judged_by(task: Task, judges: Sequence[BatchJudge]) -> tuple[Judged, ...]:
 
 
 def _verdicts(judge: BatchJudge, facts: FactRows) -> list[Row]:
-    return [
-        {"model": v.model, "state": str(v.state), "degree": v.degree}
-        for v in judge.judge(facts)
-        if v.model in CLASSES
-    ]
+    # By degree alone, of equals in the order of the classes: the answer that is counted here.
+    found = [v for v in judge.judge(facts) if v.model in CLASSES]
+    found.sort(key=lambda v: (-v.degree, CLASSES.index(v.model)))
+    return [{"model": v.model, "state": str(v.state), "degree": v.degree} for v in found]
 
 
 _judges: list[BatchJudge] = []

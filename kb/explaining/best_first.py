@@ -1,6 +1,7 @@
-"""In which order names stand that hold: one rule for all lists and answers of the program."""
+"""The order of what holds: the one rule by which a scene's answer is chosen, everywhere."""
 
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol, TypeVar
 
 from facetlog.kb.explaining.proof import State
@@ -9,7 +10,7 @@ __all__ = ["Named", "best_first"]
 
 
 class Named(Protocol):
-    """What of a verdict its place in such a list hangs on."""
+    """What the place of a verdict in the order depends on."""
 
     @property
     def model(self) -> str:
@@ -28,54 +29,78 @@ class Named(Protocol):
         """The probability that the true values are within the model's limits."""
 
     @property
-    def confidence(self) -> float | None:
-        """How often the model was right where it gave such a verdict; None if not calibrated."""
-
-    @property
     def specialises(self) -> tuple[str, ...]:
         """The models of which this one is a special case."""
 
     @property
     def rather_than(self) -> tuple[str, ...]:
-        """The models whose names stand after this one's where both hold."""
+        """The models that come after this one where both hold."""
+
+    @property
+    def own(self) -> bool:
+        """Whether the model is from a user's file, not a built-in one."""
 
 
 EVEN = 0.5
 """A degree above it: the thing is more probably as the model says than not."""
 
+DEGREE_DIGITS = 9
+"""Degrees that agree in so many digits are equal: they differ by the order of sums alone."""
+
 _Verdict = TypeVar("_Verdict", bound=Named)
 
 
 def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
-    """Those that hold, the most probable first; of one thing what is special before what it is.
+    """Return the verdicts that hold, the answer first.
 
-    By the confidences if all have one, else by the degrees. A name that its model says to go before
-    another does so where it is more probable than not that the thing is within the model's limits
-    and expectations. Of equals that of the higher degree, then the earlier one.
+    Of one thing a special case comes before what it is a special case of; then a model before those
+    that it says to go before (`rather than`), where its degree is above one half; then users' own
+    models before built-in ones. All else goes by degree, where a verdict counts for as much as
+    those that come after it for these reasons. Of equals the earlier one comes first: verdicts are
+    in the order of things in the scene, then of models as loaded, the built-in ones first.
     """
     holding = [v for v in verdicts if v.state is State.HOLDS]
-    counted = all(v.confidence is not None for v in holding)
+    of_thing: dict[str, list[int]] = defaultdict(list)
+    for at, verdict in enumerate(holding):
+        of_thing[verdict.thing].append(at)
+    later: dict[int, set[int]] = {}
+    for some in of_thing.values():
+        later |= _find_later(holding, some)
 
-    def sure(verdict: _Verdict) -> float:
-        return (verdict.confidence or 0.0) if counted else verdict.degree
+    def key(at: int) -> tuple[float, int, float]:
+        degrees = [round(holding[i].degree, DEGREE_DIGITS) for i in (at, *later[at])]
+        return -max(degrees), -len(later[at]), -degrees[0]
 
-    held = {(v.thing, v.model): v for v in holding}
+    return [holding[at] for at in sorted(range(len(holding)), key=key)]
 
-    def after(verdict: _Verdict) -> dict[tuple[str, str], _Verdict]:
-        # What holds and stands after it, also by way of others.
-        found: dict[tuple[str, str], _Verdict] = {}
-        further = [verdict]
+
+def _find_later(holding: Sequence[Named], some: Sequence[int]) -> dict[int, set[int]]:
+    """Return for each of the verdicts on one thing those that come after it for a stated reason."""
+    stated = _close(
+        {i: {j for j in some if i != j and _is_stated(holding[i], holding[j])} for i in some}
+    )
+    # A user's own table comes after the built-in desk, which is one.
+    own = {
+        i: {j for j in some if holding[i].own and not holding[j].own and i not in stated[j]}
+        for i in some
+    }
+    return _close({i: stated[i] | own[i] for i in some})
+
+
+def _is_stated(one: Named, other: Named) -> bool:
+    """Whether the model of one verdict states that it comes before the other's."""
+    return other.model in one.specialises or (one.degree > EVEN and other.model in one.rather_than)
+
+
+def _close(later: Mapping[int, set[int]]) -> dict[int, set[int]]:
+    """Return what comes after each, also by way of others."""
+    closed: dict[int, set[int]] = {}
+    for first in later:
+        found: set[int] = set()
+        further = [first]
         while further:
-            one = further.pop()
-            others = one.specialises + (one.rather_than if one.degree > EVEN else ())
-            new = {(one.thing, model) for model in others} & held.keys() - found.keys()
-            found |= {key: held[key] for key in new}
-            further += [held[key] for key in new]
-        return found
-
-    def standing(verdict: _Verdict) -> tuple[float, int, float]:
-        # As probable as what it goes before, and before that.
-        behind = after(verdict)
-        return -max(map(sure, (verdict, *behind.values()))), -len(behind), -verdict.degree
-
-    return sorted(holding, key=standing)
+            new = later[further.pop()] - found
+            found |= new
+            further += new
+        closed[first] = found - {first}
+    return closed

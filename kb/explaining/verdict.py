@@ -137,6 +137,8 @@ class Verdict:
     """The models of which this one is a special case, the nearest first."""
     rather_than: tuple[str, ...] = field(default=(), compare=False)
     """The models whose names stand after this one's where both hold (best_first.py)."""
+    own: bool = field(default=False, compare=False)
+    """Whether the model is from a user's file, not a built-in one."""
     confidence: float | None = field(default=None, compare=False)
     """How often the model was right of labelled things that were measured likewise, where it gave
     such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
@@ -273,7 +275,7 @@ class Recognition:
 
     @property
     def best(self) -> tuple[Verdict, ...]:
-        """What holds, the best-fitting name first (best_first.py)."""
+        """What holds, the answer first (best_first.py)."""
         return tuple(best_first(self.verdicts))
 
     @property

@@ -19,7 +19,8 @@ class RuleFile:
     `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
     the digest of its text, `judging` of what its models judge by, as calibrations have it. `files`
     are all that a user's file was made from, itself first. `on_demand`: it may ask for facts that
-    are made on demand. `rather_than` has by model those whose names stand after its own.
+    are made on demand. `rather_than` has by model those whose names stand after its own. `own`: it
+    is a user's, not a built-in one.
     """
 
     path: Path
@@ -32,6 +33,7 @@ class RuleFile:
     files: tuple[Path, ...] = ()
     on_demand: bool = False
     rather_than: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    own: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,7 @@ class RuleFiles:
         source, name = RuleSource(path, rule_text(path), ()), Atom(str(path))
         rules = self._read("load_builtin", name, source, trusted=True, state=self._base)
         self._name_models(rules, state=self._base)
-        self._builtin.append(rules)
+        self._builtin.append(replace(rules, own=False))
 
     def load(self, path: Path, *, trusted: bool) -> RuleFile:
         """Loads a user's file, before it those that it needs: see KnowledgeBase.load_rules."""

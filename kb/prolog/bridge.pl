@@ -36,6 +36,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(sight)).
 :- use_module(facetlog_kb(ask)).
 :- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(reading)).
 :- use_module(facetlog_kb(ask_scenes)).
 :- use_module(facetlog_kb(words)).

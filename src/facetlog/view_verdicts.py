@@ -72,7 +72,6 @@ def verdict_of(
     recognition: "Recognition", views: int, problems: tuple[str, ...] = (), *, degrees: bool = False
 ) -> ViewVerdict:
     """What was recognised in so many views; with `degrees` in place of confidences."""
-    # In the order of the confidences all the same.
     best = recognition.best
     if degrees:
         best = tuple(replace(verdict, confidence=None) for verdict in best)

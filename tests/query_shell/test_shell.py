@@ -54,6 +54,41 @@ def test_long_answers_are_cut_and_counted(shell: Shell, said: Said) -> None:
     assert len(answer(shell, said, "between(1, 100, X)").splitlines()) == 102
 
 
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_first_answers_of_an_endless_goal_do_not_wait_for_more(
+    shell: Shell, said: Said, *, as_json: bool
+) -> None:
+    # Beyond the third nothing is found, and the search never ends: it is given up early.
+    shell.limit, shell.as_json = 3, as_json
+    out = answer(shell, said, "between(1, inf, X), X < 4")
+    if as_json:
+        found = json.loads(out)
+        assert (found["rows"], found["complete"]) == ([[1], [2], [3]], False)
+    else:
+        assert [line.strip() for line in out.splitlines()][2:5] == ["1", "2", "3"]
+
+
+def test_a_goal_with_lengths_says_in_which_unit_it_counts(shell: Shell, said: Said) -> None:
+    def remarks(goal: str) -> str:
+        said()
+        execute(shell, goal)
+        return "".join(said())
+
+    assert "1 cm is 0.01" in remarks("length(F, L, _), L > 0.1")
+    assert "1 cm is 0.01" not in remarks("length(F, L, _)")
+    assert "lengths in m" in remarks("length(F, L, _), L > 20")
+
+
+def test_a_model_with_a_capital_is_asked_for_by_its_name(
+    shell: Shell, said: Said, tmp_path: Path
+) -> None:
+    path = tmp_path / "Klotz.model"
+    path.write_text("model Klotz\n  face a where a is measured\n\n  big: share(a) at least 1 %\n")
+    shell.session.load_models([path])
+    assert answer(shell, said, "is_a(T, Klotz)").splitlines()[0] == "T"
+    assert "Klotz" in answer(shell, said, "is_a(T, Brett)")
+
+
 def test_answers_before_a_limit_is_reached_are_shown(scene: Path, said: Said) -> None:
     from facetlog.kb.limits import Limits
     from facetlog.query_shell.screen import Screen

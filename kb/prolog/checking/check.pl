@@ -23,6 +23,8 @@ goal_fault/4 enumerates all faults.
 :- use_module(facetlog_kb(white_list)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(check_tests)).
+:- use_module(facetlog_kb(foreign_signs)).
+:- use_module(facetlog_kb(named_models)).
 
                  /*******************************
                  *             GOALS            *
@@ -34,6 +36,10 @@ goal_fault(Goal, Position, _, Fault) :-
     var(Goal),
     !,
     fault_at(Position, "a variable stands where a goal is wanted", [], Fault).
+goal_fault(Goal, Position, _, Fault) :-
+    number(Goal),
+    !,
+    fault_at(Position, "a number is no goal; decimals are written with a point: 0.5", [], Fault).
 goal_fault(Goal, Position, _, Fault) :-
     \+ callable(Goal),
     !,
@@ -48,15 +54,27 @@ goal_fault(Goal, Position, Scope, Fault) :-
     ;   allowed_word(Goal, Head)
     ->  arguments_fault(Head, Goal, Position, Scope, Fault)
     ;   special(Goal, Head, Scope)
-    ->  arguments_fault(Head, Goal, Position, Scope, Fault)
+    ->  (   arguments_fault(Head, Goal, Position, Scope, Fault)
+        ;   quoted_name_fault(Goal, Position, Scope, Fault)
+        )
     ;   search_word(Name/Arity)
-    ->  fail
+    ->  quoted_name_fault(Goal, Position, Scope, Fault)
     ;   fact_word(Goal)
-    ->  Scope = scope(rules, _, _, _, _),
-        signature(Name/Arity, Signature),
-        fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
+    ->  (   Scope = scope(rules, _, _, _, _)
+        ->  signature(Name/Arity, Signature),
+            fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
+        ;   quoted_name_fault(Goal, Position, Scope, Fault)
+        )
     ;   unknown_word(Name/Arity, Position, Scope, Fault)
     ).
+
+%   No fact and no verdict has a string: what is compared with one is never found.
+quoted_name_fault(Goal, Position, scope(question, _, _, _, _), Fault) :-
+    arg(Index, Goal, Argument),
+    string(Argument),
+    atom_string(Name, Argument),
+    argument_position(Position, Index, At),
+    fault_at(At, "a name has no double quotes: write ~q", [Name], Fault).
 
 own(Indicator, scope(_, Own, _, _, _)) :-
     get_assoc(Indicator, Own, _).
@@ -72,12 +90,19 @@ special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts'
 special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind'), _).
 special(relation(_, _), relation(test('Relation'), 'Truth'), _).
 special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _, _)).
-special(is_a(_, _), is_a('Thing', 'Model'), scope(question, _, _, _, _)).
-special(verdict(_, _, _, _), verdict('Thing', 'Model', 'State', 'Degree'),
+special(is_a(_, _), is_a('Thing', model('Model')), scope(question, _, _, _, _)).
+special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree'),
         scope(question, _, _, _, _)).
-special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', 'Model'), scope(question, _, _, _, _)).
-special(assignment(_, _, _), assignment('Model', 'Thing', 'Parts'), scope(question, _, _, _, _)).
+special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model')),
+        scope(question, _, _, _, _)).
+special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts'),
+        scope(question, _, _, _, _)).
 
+unknown_word(Name/_, Position, scope(question, _, _, _, _), Fault) :-
+    sign_advice(Name, Advice),
+    !,
+    name_position(Position, At),
+    fault_at(At, Advice, [], Fault).
 unknown_word(Name/Arity, Position, Scope, Fault) :-
     findall(Known, callable_word(Scope, Known), Words),
     findall(A, ( member(Name/A, Words), A =\= Arity ), Others),
@@ -163,6 +188,21 @@ argument_fault(steps(_), Steps, Position, Scope, Fault) :-
     steps_fault(Steps, Position, Scope, Fault).
 argument_fault(measure(_), Measure, Position, Scope, Fault) :-
     measure_fault(Measure, Position, Scope, Fault).
+argument_fault(model(_), Model, Position, _, Fault) :-
+    atom(Model),
+    !,
+    unknown_model(Model, Hint),
+    fault_at(Position, "there is no model ~q~w", [Model, Hint], Fault).
+argument_fault(model(_), Model, Position, _, Fault) :-
+    nonvar(Model),
+    \+ string(Model),
+    fault_at(Position, "a model's name is wanted here: box", [], Fault).
+argument_fault(state(_), State, Position, _, Fault) :-
+    nonvar(State),
+    \+ string(State),
+    States = [holds, fails, unknown],
+    \+ memberchk(State, States),
+    fault_at(Position, "a verdict is holds, fails or unknown", [], Fault).
 
 %!  extended(+Closure, +Extra, -Goal) is semidet.
 %
@@ -255,7 +295,10 @@ expression_fault(X, Position, Fault) :-
     name_position(Position, At),
     findall(N, arithmetic(N/Arity), Names),
     hint(Name, Names, Hint),
-    (   Arity =:= 0
+    (   Arity =:= 0,
+        metres_of(Name, Metres)
+    ->  fault_at(At, "lengths in goals are in metres: write ~w for ~w", [Metres, Name], Fault)
+    ;   Arity =:= 0
     ->  fault_at(At, "~q is no number~w", [Name, Hint], Fault)
     ;   fault_at(At, "~q is no function of arithmetic~w", [Name/Arity, Hint], Fault)
     ).

@@ -13,6 +13,7 @@ Fault are those of check.pl; these predicates enumerate all faults.
 :- use_module(facetlog_kb(positions)).
 :- use_module(facetlog_kb(spelling)).
 :- use_module(facetlog_kb(words)).
+:- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog(vocabulary)).
 :- use_module(facetlog(measures)).
 
@@ -78,6 +79,10 @@ part_fault(model, Model, Position, _, Fault) :-
     nonvar(Model),
     \+ atom(Model),
     fault_at(Position, "a model's name is a small word: box", [], Fault).
+part_fault(model, Model, Position, scope(question, _, _, _, _), Fault) :-
+    atom(Model),
+    unknown_model(Model, Hint),
+    fault_at(Position, "there is no model ~q~w", [Model, Hint], Fault).
 part_fault(measure, Measure, Position, Scope, Fault) :-
     measure_fault(Measure, Position, Scope, Fault).
 part_fault(weight, Weight, Position, _, Fault) :-

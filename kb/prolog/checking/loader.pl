@@ -1,10 +1,7 @@
 :- module(facetlog_loader, [ load_builtin/2,         % +Path, -Loaded
                              load_rules/4,           % +Module, +File, +Text, -Loaded
                              load_trusted_rules/4,   % +Module, +File, +Text, -Loaded
-                             drop_rules/1,           % +Module
-                             name_models/3,          % +Base, +Models, +Module
-                             unname_models/2,        % +Base, +Module
-                             model_module/2          % ?Model, -Module
+                             drop_rules/1            % +Module
                            ]).
 
 /** <module> Rule files into modules
@@ -30,31 +27,6 @@ most_faults(20).
 
 %   Inferences for one file, some seconds: a long one of 25,000 clauses takes a tenth of them.
 most_inferences(50_000_000).
-
-%!  name_models(+Base, +Models, +Module) is det.
-%
-%   The knowledge base Base has the Models that Module defines; they hide those named before.
-
-:- dynamic base_model/3.                % Base, Model, Module
-
-name_models(Base, Models, Module) :-
-    forall(member(Model, Models), asserta(base_model(Base, Model, Module))),
-    forget_all.
-
-%!  unname_models(+Base, +Module) is det.
-
-unname_models(Base, Module) :-
-    retractall(base_model(Base, _, Module)),
-    forget_all.
-
-%!  model_module(?Model, -Module) is nondet.
-%
-%   Module defines Model in the current knowledge base, the last loaded first: that one
-%   counts.
-
-model_module(Model, Module) :-
-    b_getval(facetlog_base, Base-_),
-    base_model(Base, Model, Module).
 
 %!  load_builtin(+Path, -Loaded) is det.
 %

@@ -16,6 +16,7 @@ without a fault in Scope.
 :- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(occurs)).
 :- use_module(facetlog_kb(reading)).
 :- use_module(facetlog_kb(spelling)).
 :- use_module(facetlog_kb(check)).
@@ -24,6 +25,7 @@ without a fault in Scope.
 :- use_module(facetlog_kb(rule_module)).
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog_kb(words)).
+:- use_module(facetlog_kb(named_models), [model_module/2]).
 :- use_module(facetlog_kb(ask)).
 
 %!  question(+Text, +Bindings, -Question) is det.
@@ -36,6 +38,7 @@ question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal,
     read_question(Text, Goal, Position, Named0),
     bind(Bindings, Text, Named0, Named),
     question_scope(Scope),
+    name_models(Named, Goal),
     findall(Fault, goal_fault(Goal, Position, Scope, Fault), Faults),
     (   Faults == []
     ->  true
@@ -72,6 +75,26 @@ question_scope(scope(question, Own, [], [], [])) :-
     ),
     sort(1, @<, Pairs, Sorted),
     ord_list_to_assoc(Sorted, Own).
+
+%   A model may be called as a German noun is written: where a model is wanted, Tisch is that model, if
+%   there is one.
+name_models([], _).
+name_models([Name=Variable|Named], Goal) :-
+    (   var(Variable),
+        model_module(Name, _),
+        sub_term(Part, Goal),
+        model_place(Part, Place),
+        Place == Variable
+    ->  Variable = Name
+    ;   true
+    ),
+    name_models(Named, Goal).
+
+model_place(Part, _) :- var(Part), !, fail.
+model_place(is_a(_, Model), Model).
+model_place(verdict(_, Model, _, _), Model).
+model_place(plays(_, _, _, Model), Model).
+model_place(assignment(Model, _, _), Model).
 
                  /*******************************
                  *           VARIABLES          *

@@ -16,6 +16,7 @@ with character offsets into the text, counted from 0. Positions are those of rea
 :- use_module(library(apply)).
 :- use_module(library(yall)).
 :- use_module(facetlog_kb(positions)).
+:- use_module(facetlog_kb(foreign_signs)).
 
 %   Text is read in an empty module, whose operators come from the system alone, whatever the
 %   program declares.
@@ -111,7 +112,10 @@ read_question(Text, Goal, Position, Names) :-
     (   blank(Plain)
     ->  faulty(fault(0, Length, "the question is empty", []))
     ;   nonvar(Fault1)
-    ->  clipped(Fault1, 0, Plain, Fault2),
+    ->  (   foreign_sign(Plain, Fault2)
+        ->  true
+        ;   clipped(Fault1, 0, Plain, Fault2)
+        ),
         faulty(Fault2)
     ;   Read < Length,
         sub_string(Plain, Read, _, 0, Rest),

@@ -13,7 +13,7 @@ remembered with the scene.
 :- use_module(library(lists)).
 :- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(say)).
 :- use_module(facetlog_kb(plan)).

@@ -12,7 +12,7 @@ model that is being judged for that thing at the moment says nothing yet.
 :- use_module(library(error)).
 :- use_module(library(lists)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(in_progress)).
 

@@ -14,7 +14,7 @@ All of it is optional, and looked up only when a verdict is explained.
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
 :- use_module(library(error)).
-:- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(named_models)).
 
 %!  roled(+Module, +Model, +Thing, +Parts, -Roled) is det.
 %

@@ -84,14 +84,15 @@ class Mistake:
 
 
 def answer(row: Row, classes: Sequence[str]) -> tuple[str, Row | None]:
-    """Of the classes the model that holds with the highest degree, and its verdict.
+    """Return which of the classes the row is answered, and its verdict.
 
-    Of equals it is the first; NONE if none of them holds, ERROR if there are no verdicts.
+    That is the first that holds: rows list verdicts in the order of best_first.py. NONE if none of
+    the classes holds, ERROR if there are no verdicts.
     """
     if row["error"] is not None:
         return ERROR, None
-    holding = [v for v in row["verdicts"] if v["state"] == HOLDS and v["model"] in classes]
-    best = max(holding, key=lambda v: (v["degree"], -classes.index(v["model"])), default=None)
+    holding = (v for v in row["verdicts"] if v["state"] == HOLDS and v["model"] in classes)
+    best = next(holding, None)
     return (NONE, None) if best is None else (best["model"], best)
 
 

@@ -67,11 +67,13 @@ class RowRecord(_Record):
     path: str = Field(description="of the scene, as it was given")
     sha256: str | None = Field(description="of the file's content; null if it was not read")
     models_hash: str = Field(description="of all models that were judged")
-    model: str | None = Field(description="the model that holds with the highest degree")
+    model: str | None = Field(description="the answer: the first of what holds")
     thing: str | None = Field(description="the thing that it holds of")
     degree: Share | None = Field(description="the degree to which it holds")
     confidence: Confidence = Field(default=None, description="how often such a verdict is right")
-    verdicts: tuple[VerdictRecord, ...] = Field(description="of each model on each thing")
+    verdicts: tuple[VerdictRecord, ...] = Field(
+        description="of each model on each thing; first what holds, the answer first"
+    )
     faces: NonNegativeInt | None
     things: NonNegativeInt | None
     seconds: Annotated[FiniteFloat, Field(ge=0.0)] = Field(description="to read and to judge it")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from facetlog import __version__
 from facetlog.batch.settings import Item, Settings
 from facetlog.kb.explaining.best_first import best_first
+from facetlog.kb.explaining.proof import State
 
 if TYPE_CHECKING:
     from facetlog.kb.brief_verdict import BriefVerdict
@@ -123,7 +124,10 @@ def scene_row(
     warnings: Sequence[str] = (),
 ) -> Row:
     """The row of a scene that was read and judged."""
-    best = next(iter(best_first(verdicts)), None)
+    holding = best_first(verdicts)
+    best = holding[0] if holding else None
+    # What reads a row takes the first that holds for the answer (confusion.py).
+    in_order = (*holding, *(v for v in verdicts if v.state is not State.HOLDS))
     return {
         "path": item.path,
         "sha256": sha256,
@@ -132,7 +136,7 @@ def scene_row(
         "thing": best.thing if best else None,
         "degree": best.degree if best else None,
         "confidence": best.confidence if best else None,
-        "verdicts": [_verdict(verdict) for verdict in verdicts],
+        "verdicts": [_verdict(verdict) for verdict in in_order],
         "faces": faces,
         "things": things,
         "seconds": round(seconds, 6),

@@ -350,12 +350,13 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
 
 
 def _row_text(row: "Row") -> str:
+    from facetlog.batch.rows import sureness
+
     if row["error"] is not None:
         return one_line(f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}")
     if row["model"] is None:
         return one_line(f"{row['path']}: none")
-    sure = row["degree"] if row["confidence"] is None else row["confidence"]
-    return one_line(f"{row['path']}: {row['model']} ({sure:.0%})")
+    return one_line(f"{row['path']}: {row['model']} ({sureness(row):.0%})")
 
 
 def _tell(outcome: "Outcome", *, as_json: bool) -> None:

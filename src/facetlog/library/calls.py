@@ -103,7 +103,7 @@ def classify(
     workers: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
-    """A row for each scene, mesh or cloud: what holds the surest, of which thing, how sure it is.
+    """A row for each scene, mesh or cloud: the answer, of which thing, how sure it is.
 
     `paths` are files, folders or globs. The columns are those of docs/results.schema.json; what
     cannot be read has its reason in `error`. It takes `workers` processes, one a core if not given.

@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import islice
 from typing import Any
@@ -12,7 +12,7 @@ from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxEr
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.caret import place_of
-from facetlog.query_shell.meanings import Meaning, height_notes, meanings
+from facetlog.query_shell.meanings import Meaning, counted_in, height_notes, meanings
 from facetlog.query_shell.screen import Screen
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.shown_terms import term_json
@@ -58,6 +58,8 @@ class _Rest:
     more: bool
 
     def __str__(self) -> str:
+        if self.more and not self.count:
+            return "… perhaps more"
         return f"… {'more than ' if self.more else ''}{self.count:,} more"
 
 
@@ -82,7 +84,7 @@ def show_answers(
     Errors are raised, after the answers that were found before them.
     """
     began = time.monotonic()
-    with session.base.query(goal, scenes=session.scenes) as answers:
+    with session.base.query(goal, scenes=session.scenes, most=limit) as answers:
         if not answers.names:
             return _yes_or_no(screen, answers)
         table = _Rows(session, screen, goal, answers)
@@ -90,11 +92,14 @@ def show_answers(
         if shown == 0:
             screen.begin_answer(table=False)
             screen.say("no")
+            if unit := counted_in(goal, session.length):
+                screen.remark(f"goals count lengths in {unit}")
             return Outcome.NO
-        rest = _count(answers) if shown == limit else _Rest(0, more=False)
-    for note in height_notes(meanings(goal)):
+    rest = _count_rest(session, goal, shown) if shown == limit else _Rest(0, more=False)
+    known = meanings(goal)
+    for note in (*height_notes(known), *table.unit_notes(goal)):
         screen.remark(note)
-    if rest.count:
+    if rest.count or rest.more:
         screen.say(f"{rest} ({ways.rows})")
     elif table.is_cut:
         screen.remark(f"… stands where a cell was cut ({ways.cells})")
@@ -163,7 +168,7 @@ class _Rows:
     """A table that is written while its answers come in."""
 
     def __init__(self, session: Session, screen: Screen, goal: str, answers: Answers) -> None:
-        self._screen = screen
+        self._screen, self._length = screen, session.length
         self._table = Table(
             answers.names,
             meanings(goal),
@@ -177,6 +182,11 @@ class _Rows:
     def is_cut(self) -> bool:
         """Whether a cell did not fit the terminal."""
         return self._table.is_cut
+
+    def unit_notes(self, goal: str) -> Iterator[str]:
+        """Say in which unit the goal counts, where it has numbers and the table another unit."""
+        if counted_in(goal, self._length):
+            yield from self._table.unit_notes()
 
     def show(self, answers: Answers, limit: int | None) -> int:
         """Writes at most `limit` answers; how many there were. An error comes after them."""
@@ -208,18 +218,22 @@ class _Rows:
         self._screen.say(*block)
 
 
-def _count(answers: Answers) -> _Rest:
-    """How many answers there still are; as many as there is time for."""
+def _count_rest(session: Session, goal: str, shown: int, most: int | None = None) -> _Rest:
+    """Return how many answers there are beyond those shown; as many as there is time for.
+
+    The goal is asked once more: one that has no further answer may not say so for ever, and what
+    was shown must not wait for it.
+    """
     count = 0
-    deadline = time.monotonic() + COUNTING_SECONDS
+    limits = replace(session.base.limits, seconds=COUNTING_SECONDS)
     try:
-        for count, _ in enumerate(answers, start=1):
-            if time.monotonic() > deadline:
-                return _Rest(count, more=True)
+        with session.base.query(goal, scenes=session.scenes, limits=limits, most=most) as answers:
+            for chunk in answers.chunks():
+                count += chunk.length
     except (FacetlogError, KeyboardInterrupt):
         # What was shown stands; only the number of the others is not known.
-        return _Rest(count, more=True)
-    return _Rest(count, more=False)
+        return _Rest(max(0, count - shown), more=True)
+    return _Rest(max(0, count - shown), more=False)
 
 
 def _duration(seconds: float) -> str:
@@ -242,7 +256,7 @@ def write_answers(
     """
     began = time.monotonic()
     try:
-        answers = session.base.query(goal, scenes=session.scenes)
+        answers = session.base.query(goal, scenes=session.scenes, most=limit)
     except FacetlogError as exc:
         screen.say(error_json(goal, exc, line=line))
         raise
@@ -260,11 +274,11 @@ def write_answers(
         screen.raw(json.dumps(head)[:-1] + ', "rows": [')
         try:
             for row in answers:
-                if count == limit:
-                    end["complete"] = False
-                    break
                 screen.raw(f"{', ' if count else ''}{json.dumps(list(map(term_json, row)))}")
                 count += 1
+            if count == limit:
+                rest = _count_rest(session, goal, count, count + 1)
+                end["complete"] = not (rest.count or rest.more)
         except FacetlogError as exc:
             end = {"complete": False, "error": _error(goal, exc)}
             raise

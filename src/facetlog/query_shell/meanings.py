@@ -12,9 +12,9 @@ from facetlog.perception.facts.fact_schema import (
     Argument,
     ArgumentKind,
 )
-from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls
+from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls, tokens
 
-__all__ = ["Meaning", "height_notes", "length_unit", "meanings", "unit"]
+__all__ = ["Meaning", "counted_in", "height_notes", "length_unit", "meanings", "unit"]
 
 # measure(Measure, Value, Sd, Kind) of the vocabulary: the place of value and deviation.
 _MEASURE = ("measure", 4)
@@ -127,6 +127,17 @@ def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
     return tuple(
         f"{name} is {height}: {FACT_KINDS[height].meaning}" for name, height in named.items()
     )
+
+
+def counted_in(goal: str, length: str) -> str:
+    """The unit in which a goal that has numbers and lengths or areas counts; empty for another.
+
+    >>> counted_in("elevation(F, H, _), H > 20", "m"), counted_in("elevation(F, H, _)", "m")
+    ('m', '')
+    """
+    kinds = {meaning.kind for meaning in meanings(goal).values()}
+    numbers = any(token.kind is TokenKind.NUMBER for token in tokens(goal))
+    return length if numbers and kinds & {ArgumentKind.LENGTH, ArgumentKind.AREA} else ""
 
 
 def length_unit(units: Sequence[str | None]) -> str:

@@ -4,7 +4,7 @@ All lengths of a table are in one unit, and all areas, so that columns can be co
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -99,6 +99,13 @@ class Table:
         rows = self._in_units([row])
         texts = (self._column(i, rows)[0] for i in range(len(self.names)))
         return tuple(map(with_unit, texts, (unit.name for unit in self._units)))
+
+    def unit_notes(self) -> Iterator[str]:
+        """Say of each unit that was chosen for the table what a goal counts in."""
+        pairs = {u.name: (u.size, given) for u, given in zip(self._units, self._given, strict=True)}
+        for name, (size, given) in pairs.items():
+            if given and name != given:
+                yield f"goals count in {given}: 1 {name} is {size:g}"
 
     @property
     def _heads(self) -> tuple[str, ...]:

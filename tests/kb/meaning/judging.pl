@@ -68,7 +68,7 @@ scene(Facts, Scene) :-
 loaded(Name, File, Module) :-
     gensym(Name, Module),
     load(File, Module, Models),
-    facetlog_loader:name_models(oracle_base, Models, Module).
+    facetlog_named_models:name_models(oracle_base, Models, Module).
 
 %   As a user's file, or as one of the program's own.
 load(text(Text), Module, Models) :-
@@ -79,7 +79,7 @@ load(clauses(Clauses), Module, Models) :-
     findall(Model, ( current_predicate(Module:model/3), Module:model(Model, _, _) ), Models).
 
 dropped(Module) :-
-    facetlog_loader:unname_models(oracle_base, Module),
+    facetlog_named_models:unname_models(oracle_base, Module),
     '$destroy_module'(Module).
 
                  /*******************************
@@ -188,7 +188,7 @@ pair_row(Rules, pair(X, Y, Test), Row) :-
     catch(findall([A, B], Rules:each_pair(X, Y, [A, B], Test), Row), Error, error_row(Error, Row)).
 
 full_verdict(Model, Row) :-
-    catch(( facetlog_loader:model_module(Model, Module),
+    catch(( facetlog_named_models:model_module(Model, Module),
             facetlog_judge:judge(Module, Model, t1, Verdict),
             Verdict = verdict(_, _, State, Low, High, Parts, Sizes0, _, _, _),
             findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Sizes0), Sizes),
@@ -207,7 +207,7 @@ role(Role-Part, Role, Part).
 brief_verdicts(Modules, Facts, Models, Rows) :-
     findall(Module-Names,
             ( member(Module, Modules),
-              findall(Model, ( member(Model, Models), facetlog_loader:model_module(Model, Module) ),
+              findall(Model, ( member(Model, Models), facetlog_named_models:model_module(Model, Module) ),
                       Names),
               Names \== [] ),
             Asking),

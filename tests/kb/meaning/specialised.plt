@@ -4,6 +4,7 @@
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(rule_module)).
 :- use_module(facetlog_kb(scene)).
 
