@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from facetlog.batch.content import content_hash
-from facetlog.batch.journal import Journal, journal_path
+from facetlog.batch.journal import Journal, check_not_in_use, journal_path
 from facetlog.batch.output import check_format, read_rows
 from facetlog.batch.pool import Answer, Task
 from facetlog.batch.profile import Profile
@@ -95,6 +95,7 @@ def check_output(plan: Plan, inputs: Iterable[Path] = ()) -> None:
     for path in (output, journal):
         check_output_file(path, "-o", inputs, overwrite=True)
         check_regular(path)
+    check_not_in_use(journal)
     if plan.resume or plan.overwrite:
         return
     if journal.exists():
@@ -142,11 +143,11 @@ def _journal(plan: Plan, models_hash: str, stack: ExitStack) -> Journal:
         path = Path(folder, "rows")
     else:
         path = journal_path(plan.output)
-        if plan.overwrite and not plan.resume:
-            path.unlink(missing_ok=True)
     read_as = {item.path: item.read_as(plan.settings) for item in plan.items}
     begun = path.exists()
-    journal = stack.enter_context(Journal.opened(path, {"models": models_hash}, read_as))
+    afresh = plan.overwrite and not plan.resume
+    opened = Journal.opened(path, {"models": models_hash}, read_as, afresh=afresh)
+    journal = stack.enter_context(opened)
     if plan.output is not None and plan.resume and plan.output.exists() and not begun:
         try:
             _take_up(plan.output, models_hash, read_as, journal)
