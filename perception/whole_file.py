@@ -1,6 +1,7 @@
 """Files that are there whole or not at all."""
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,8 +25,9 @@ def write_whole(path: Path, content: bytes) -> None:
 def writing_whole(path: Path) -> Iterator[BinaryIO]:
     """A file beside its place, which is renamed there at the end if nothing was raised.
 
-    Raises InputError if the folder cannot be written to; an older file is then left as it was. A
-    link is followed, and what is no file (a pipe, a device) is written to as it stands.
+    Raises InputError if the folder cannot be written to; an older file is then left as it was, else
+    its permissions are kept. A link stays one: its target is written, also where there is none yet.
+    What is no file (a pipe, a device) is written to as it stands.
     """
     try:
         if path.exists() and not path.is_file():
@@ -38,9 +40,13 @@ def writing_whole(path: Path) -> Iterator[BinaryIO]:
             with part.open("wb") as file:
                 yield file
                 file.flush()
+                if path.exists():
+                    os.fchmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
                 os.fsync(file.fileno())
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
-    except OSError as exc:
-        raise InputError(f"{path}: cannot be written: {exc.strerror or exc}") from exc
+    except (OSError, RuntimeError) as exc:  # RuntimeError: a link to itself
+        raise InputError(
+            f"{path}: cannot be written: {getattr(exc, 'strerror', None) or exc}"
+        ) from exc

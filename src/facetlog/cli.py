@@ -27,6 +27,7 @@ from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, command
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
+from facetlog.output_file import OWN_SCENE, Overwrite, check_output_file
 from facetlog.output_folder import check_replaceable, kept_cameras
 from facetlog.perception.length_units import stated_length
 from facetlog.perception.step_clock import StepClock
@@ -227,6 +228,7 @@ def recognize_command(
             trusted=trust,
             keep_poses=keep_poses,
         ),
+        inputs=(views,),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -251,10 +253,10 @@ def reconstruct_command(
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
-    if out.is_dir() or not out.absolute().parent.is_dir():
-        raise InputError(f"{out} cannot be written: give a file in a folder that exists")
+    check_output_file(out, "-o", (views,), own=OWN_SCENE, overwrite=overwrite)
     method = _method(front_end, sd_limit, scale)
     clock = StepClock()
     with showing_progress() as progress:
@@ -337,6 +339,7 @@ app.add_typer(scene_app)
 def _recognized(
     source: Callable[..., "ViewSet"],
     *,
+    inputs: tuple[Path, ...] = (),
     models: list[Path] | None,
     trusted: bool,
     crisp: bool,
@@ -348,7 +351,7 @@ def _recognized(
 ) -> int:
     """What is there in the views of a source; all that could be refused is asked before them."""
     if out is not None:
-        check_replaceable(out)
+        check_replaceable(out, inputs=(*inputs, *(models or ())))
     clock = StepClock()
     with (
         open_models(tuple(models or ()), trusted=trusted, crisp=crisp, raw=raw) as base,

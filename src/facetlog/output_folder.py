@@ -4,15 +4,17 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.output_file import check_no_input
 from facetlog.regular_file import read_regular_text
 
 __all__ = [
     "RUN_FILE",
+    "UNFINISHED",
     "check_replaceable",
     "kept_cameras",
     "output_folder",
@@ -22,6 +24,10 @@ __all__ = [
 # Written last into each folder of results: who wrote it, and which files are its own.
 RUN_FILE = "run.json"
 RUN_SCHEMA = "facetlog-run/1"
+
+UNFINISHED = ".facetlog-"
+"""How the name of a folder begins into which a run writes until it is done; a run that was killed
+leaves it."""
 
 
 def kept_cameras(out: Path | None) -> Path | None:
@@ -36,24 +42,29 @@ def kept_cameras(out: Path | None) -> Path | None:
     return folder.parent / f"{folder.name}-cameras"
 
 
-def check_replaceable(folder: Path, option: str = "-o") -> None:
-    """Raises InputError unless the folder is absent, empty, or holds an earlier run's files only.
+def check_replaceable(folder: Path, option: str = "-o", inputs: Iterable[Path] = ()) -> None:
+    """Raise InputError unless the folder is absent, empty, or holds an earlier run's files only.
 
     Called before the work, so that nobody waits for results that cannot be stored. `option` is how
-    the folder was given.
+    the folder was given; none of the `inputs` may be in it.
     """
     try:
-        if not folder.exists() and not folder.is_symlink():
-            nearest = next(p for p in folder.absolute().parents if p.exists())
+        target = folder.resolve()
+        if not target.exists():
+            nearest = next(p for p in target.parents if p.exists())
             if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
                 raise InputError(f"{folder} cannot be made: {nearest} is no folder to write in")
             return
-        if folder.is_symlink() or not folder.is_dir():
+        if not target.is_dir():
             raise InputError(f"{folder} is no folder: give another name with {option}")
-        present = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if not p.is_dir()}
-    except (OSError, ValueError) as exc:
+        if not os.access(target, os.W_OK | os.X_OK):
+            raise InputError(f"{folder} is no folder to write in: give another with {option}")
+        paths = (p.relative_to(target) for p in target.rglob("*") if not p.is_dir())
+        present = {p.as_posix() for p in paths if not p.parts[0].startswith(UNFINISHED)}
+        foreign = sorted(present - written_files(target))
+        check_no_input(folder, option, inputs)
+    except (OSError, ValueError, RuntimeError) as exc:  # RuntimeError: a link to itself
         raise InputError(f"{str(folder)!r} cannot be used: {exc}") from exc
-    foreign = sorted(present - written_files(folder))
     if foreign:
         raise InputError(
             f"{folder} holds {foreign[0]}, which facetlog did not write: "
@@ -75,16 +86,18 @@ def written_files(folder: Path) -> set[str]:
 
 @contextmanager
 def output_folder(folder: Path, about: dict[str, object], option: str = "-o") -> Iterator[Path]:
-    """A temporary folder to write into, renamed to `folder` when the body ends without an error.
+    """A temporary folder to write into, whose files are put into `folder` when the body ends
+    without an error.
 
-    `about` goes into run.json beside the list of files. An earlier run's folder is replaced; after
-    an error or Ctrl-C it is as it was.
+    `about` goes into run.json beside the list of files. An earlier run's files are replaced; after
+    an error or Ctrl-C they are as they were. A folder that is there stays the same folder, which
+    may be somebody's current one or a mount; a link to one stays a link.
     """
     check_replaceable(folder, option)
-    folder = folder.absolute()
+    folder = folder.resolve()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        made = _beside(folder)
+        made = _temporary(folder)
         made.mkdir()
     except OSError as exc:
         raise InputError(
@@ -97,27 +110,36 @@ def output_folder(folder: Path, about: dict[str, object], option: str = "-o") ->
         (made / RUN_FILE).write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         _put_in_place(made, folder)
     except OSError as exc:
-        shutil.rmtree(made, ignore_errors=True)
         raise InputError(f"{folder} cannot be written: {exc}") from exc
-    except BaseException:
+    finally:
         shutil.rmtree(made, ignore_errors=True)
-        raise
 
 
 def _put_in_place(made: Path, folder: Path) -> None:
-    if not folder.exists():
+    if made.parent != folder:
         made.rename(folder)
         return
-    old = _beside(folder)
-    folder.rename(old)
+    old = _temporary(folder)
+    old.mkdir()
+    moved: list[tuple[Path, Path]] = []
     try:
-        made.rename(folder)
-    except OSError:
-        old.rename(folder)
+        for source, goal in ((folder, old), (made, folder)):
+            for path in tuple(source.iterdir()):
+                if not path.name.startswith(UNFINISHED):
+                    moved.append((path, goal / path.name))
+                    path.rename(goal / path.name)
+    except BaseException:
+        for before, after in reversed(moved):
+            if not os.path.lexists(before):
+                after.rename(before)
         raise
-    shutil.rmtree(old)
+    finally:
+        shutil.rmtree(old, ignore_errors=True)
 
 
-def _beside(folder: Path) -> Path:
-    """A new name on the same file system, so that a rename moves nothing."""
-    return folder.with_name(f".{folder.name}.{uuid.uuid4().hex}")
+def _temporary(folder: Path) -> Path:
+    """A new name on the same file system, so that a rename moves nothing: in a folder that is there
+    (the one above may be on another), else beside it.
+    """
+    name = f"{UNFINISHED}{uuid.uuid4().hex}"
+    return folder / name if folder.exists() else folder.with_name(name)

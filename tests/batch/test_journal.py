@@ -1,6 +1,7 @@
 """The journal: nothing is lost, nothing is there twice, and no other run is mixed in."""
 
 import errno
+import fcntl
 import json
 import os
 import subprocess
@@ -12,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from facetlog.batch.journal import Journal, journal_path
+from facetlog.batch.journal import Journal, check_not_in_use, journal_path
 from facetlog.batch.rows import COLUMNS
 from facetlog.errors import InputError
 
@@ -114,9 +115,55 @@ def test_a_pipe_or_another_file_in_its_place_is_left_alone(tmp_path: Path) -> No
     assert (tmp_path / "other").read_bytes() == b"no end of line"
 
 
-def test_two_runs_do_not_write_one_journal(tmp_path: Path) -> None:
-    with _written(tmp_path / "j"), pytest.raises(InputError, match="another run is writing"):
-        Journal.opened(tmp_path / "j", RUN, {})
+@pytest.mark.parametrize("afresh", [False, True])
+def test_two_runs_do_not_write_one_journal(afresh: bool, tmp_path: Path) -> None:
+    path = tmp_path / "j"
+    with _written(path) as journal:
+        with pytest.raises(InputError, match="another run is writing"):
+            Journal.opened(path, RUN, {}, afresh=afresh)
+        with pytest.raises(InputError, match="another run is writing"):
+            check_not_in_use(path)
+        assert [row["path"] for row in journal.rows(NAMES)] == list(NAMES)
+    check_not_in_use(path)
+    with Journal.opened(path, RUN, {}, afresh=afresh) as journal:
+        assert len(journal) == (0 if afresh else len(NAMES))
+
+
+def test_a_run_removes_its_own_journal_alone(tmp_path: Path) -> None:
+    path = tmp_path / "j"
+    with _written(path) as first:
+        path.unlink()
+        with _written(path) as second:
+            first.remove()
+            assert path.exists()
+            second.remove()
+            assert not path.exists()
+            second.remove()
+
+
+def test_a_journal_removed_while_it_is_waited_for_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "j"
+    _written(path).close()
+    real, paths = fcntl.flock, [path]
+
+    def late(descriptor: int, kind: int) -> None:
+        real(descriptor, kind)
+        if paths:  # the run that had it ended in between
+            paths.pop().unlink()
+
+    monkeypatch.setattr("facetlog.batch.journal.fcntl.flock", late)
+    with Journal.opened(path, RUN, {}) as journal:
+        journal.append("a", _line("a"))
+    assert path.read_bytes().count(b"\n") == 2
+
+
+def test_to_start_over_throws_no_file_of_others_away(tmp_path: Path) -> None:
+    (tmp_path / "j").write_text("my thesis\n")
+    with pytest.raises(InputError, match="is no journal of classify"):
+        Journal.opened(tmp_path / "j", RUN, {}, afresh=True)
+    assert (tmp_path / "j").read_text() == "my thesis\n"
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """The page of a run shows all that was found, by itself, whatever names say."""
 
 import base64
+import hashlib
+import html
 import json
 import re
 import shutil
@@ -17,6 +19,7 @@ import trimesh
 from playwright.sync_api import sync_playwright
 from scipy.spatial.transform import Rotation
 
+import facetlog
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.recognize import judged_scene
@@ -322,6 +325,24 @@ def test_the_scene_in_three_dimensions_can_do_nothing_but_show(text: str) -> Non
     assert re.findall(r"<iframe[^>]*?sandbox=\"([^\"]*)\"", text) == ["allow-scripts"]
 
 
+def test_no_script_runs_but_those_of_the_page_and_its_frame(text: str) -> None:
+    (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
+    (allowed,) = re.findall(r"script-src ([^;]*)", policy)
+    (inside,) = re.findall(r'srcdoc="([^"]*)"', text)
+    scripts = re.findall(r"<script>(.*?)</script>", text + html.unescape(inside), re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(one.encode()).digest()).decode() for one in scripts]
+    assert allowed.split() == [f"'sha256-{digest}'" for digest in digests]
+    assert "default-src 'none'" in policy
+
+
+@pytest.mark.parametrize(
+    "template", [*Path(facetlog.__file__).parent.rglob("*.html.jinja")], ids=lambda path: path.stem
+)
+def test_every_kind_of_page_begins_with_its_policy(template: Path) -> None:
+    text = template.read_text(encoding="utf-8")
+    assert text.index("<meta charset") < text.index("{{ head | safe }}") < text.index("<title>")
+
+
 def test_names_are_text_and_not_markup() -> None:
     hostile = replace(build("cuboid", {}), name="<script>alert(1)</script>")
     found = page(_subject(_run(hostile, '"><img src=x onerror=alert(1)>')))
@@ -353,7 +374,8 @@ def _in_browser(
     options = ["--no-sandbox", *graphics]
     with sync_playwright() as tools:
         browser = tools.chromium.launch(executable_path=BROWSER, args=options)
-        shown = browser.new_page(color_scheme=scheme)
+        # Tests put scripts into the page.
+        shown = browser.new_page(color_scheme=scheme, bypass_csp=True)
         shown.goto(path.as_uri(), timeout=1000 * PATIENCE)
         shown.wait_for_function(until, timeout=1000 * PATIENCE)
         return shown.content()
@@ -409,6 +431,34 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
     assert 'class="face on"' in shown
     assert re.search(r"<dialog[^>]* open", shown)
     assert "Lit: f" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_a_page_obeys_its_policy_works_and_is_no_wider_than_its_window(
+    table: Recognised, tmp_path: Path
+) -> None:
+    long = replace(table.scene, name="n" * 10_000, warnings=("w" * 10_000,))
+    path = tmp_path / "page.html"
+    path.write_text(page(_subject(replace(table, scene=long))), encoding="utf-8")
+    with sync_playwright() as tools:
+        browser = tools.chromium.launch(
+            executable_path=BROWSER, args=["--no-sandbox", *SOFTWARE_3D]
+        )
+        shown = browser.new_page()
+        refused: list[str] = []
+        shown.on("console", lambda message: refused.append(message.text))
+        shown.goto(path.as_uri(), timeout=1000 * PATIENCE)
+        seen = "() => document.querySelector('.name')"
+        shown.frames[1].wait_for_function(seen, timeout=1000 * PATIENCE)
+        shown.click(".line")
+        assert (shown.text_content("#lit") or "").startswith("Lit: f")
+        assert shown.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        assert not [text for text in refused if "Content Security Policy" in text]
+        put_in = "document.body.append(Object.assign(document.createElement('script'), %s))"
+        shown.evaluate(put_in % "{textContent: 'window.strange = 1'}")
+        assert shown.evaluate("window.strange === undefined")
+        browser.close()
 
 
 @pytest.mark.slow

@@ -115,7 +115,7 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--labels", "l.csv", "--count-as", "box=sofa"], "none of the classes box, table"),
         (["in", "--labels", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
-        (["in", "--html", "in"], "in holds bad-1.json, which facetlog did not write"),
+        (["in", "--html", "in"], "in holds in/bad-1.json, which is read"),
         (["in", "--html", "old.csv"], "old.csv is no folder: give another name with --html"),
         (["in", "--html", "p", "-o", "p/r.csv"], "p: holds pages alone: write p/r.csv elsewhere"),
         (["in", "--changed-since", "absent.csv"], "absent.csv: cannot be read"),
@@ -127,7 +127,7 @@ def test_what_cannot_be_is_refused_in_one_line_before_the_work(
     argv: list[str], says: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in ("old.csv", "half.csv.partial"):
-        (folder / name).touch()
+        (folder / name).write_text("mine")
     (folder / "p").mkdir()
     (folder / "l.csv").write_text("file,label\nin/box-1.json,box\n")
     assert main(["classify", *argv]) == 2

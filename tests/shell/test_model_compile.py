@@ -84,8 +84,8 @@ def test_standard_input_can_be_compiled(
 def test_the_result_can_be_written_to_a_file_again_and_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for _ in range(2):
-        assert main(["model", "compile", "slab.model", "-o", "slab.pl"]) == 0
+    for again in ((), ("--overwrite",)):
+        assert main(["model", "compile", "slab.model", "-o", "slab.pl", *again]) == 0
     assert capsys.readouterr() == ("", "")
     assert (tmp_path / "slab.pl").read_text().startswith(":- module(slab, []).")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["faulty.model", "slab.model", "slab.pl"]
@@ -94,7 +94,7 @@ def test_the_result_can_be_written_to_a_file_again_and_again(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["slab.model", "-o", "./slab.model"], "is what it is compiled from"),
+        (["slab.model", "-o", "./slab.model"], "is what is read"),
         (["slab.model", "-o", "absent/slab.pl"], "cannot be written"),
         (["gone.model"], "gone.model: the file cannot be read"),
         (["."], "names 2 files: give one"),

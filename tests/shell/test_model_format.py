@@ -119,7 +119,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(
 
     monkeypatch.setattr("os.fsync", full)
     assert main(["model", "format", "a.model"]) == 2
-    assert "a.model cannot be written: No space left" in capsys.readouterr().err
+    assert "a.model: cannot be written: No space left" in capsys.readouterr().err
     assert (tmp_path / "a.model").read_text() == UNTIDY
     assert [p.name for p in tmp_path.iterdir()] == ["a.model"]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.output_folder import RUN_FILE, written_files
+from facetlog.output_folder import RUN_FILE, UNFINISHED, written_files
 from facetlog.perception.shapes.shape_options import shapes_among
 from facetlog.pictures_hint import hint_of_pictures
 from facetlog.query_shell.scene_files import SCENE_FILE
@@ -78,7 +78,7 @@ def _matched(pattern: str) -> Iterator[str]:
 
 def _shapes_in(folder: str) -> Iterator[str]:
     for place, inner, names in os.walk(folder):
-        inner.sort()
+        inner[:] = sorted(name for name in inner if not name.startswith(UNFINISHED))
         written = written_files(Path(place)) if RUN_FILE in names else set()
         # Meshes that -o wrote beside a scene are drawn from it: they are no other thing.
         drawn = written - {SCENE_FILE} if SCENE_FILE in written else set()

@@ -9,6 +9,7 @@ import json
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -17,9 +18,9 @@ from facetlog.batch.output import MOST_LINE_BYTES
 from facetlog.batch.rows import Row, run_out
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.regular_file import check_regular
+from facetlog.regular_file import check_regular, open_regular
 
-__all__ = ["Journal", "journal_path"]
+__all__ = ["Journal", "check_not_in_use", "journal_path"]
 
 FORMAT = "facetlog-journal/1"
 HEAD = json.dumps({"journal": FORMAT}).removesuffix("}").encode()
@@ -30,8 +31,15 @@ SYNC_SECONDS = 1.0
 
 
 def journal_path(output: Path) -> Path:
-    """Where the journal of a run with this output is."""
-    return output.with_name(output.name + ".partial")
+    """Where the journal of a run with this output is: of a link beside what it leads to."""
+    place = output.resolve() if output.is_symlink() else output
+    return place.with_name(f"{place.name}.partial")
+
+
+def check_not_in_use(path: Path) -> None:
+    """Raise InputError if another run is writing a journal there; nothing if there is none."""
+    with suppress(FileNotFoundError), open_regular(path) as file:
+        _lock(file.fileno(), path, fcntl.LOCK_SH)
 
 
 class Journal:
@@ -45,24 +53,27 @@ class Journal:
         self._synced = time.monotonic()
 
     @classmethod
-    def opened(cls, path: Path, run: Mapping[str, Any], read_as: Mapping[str, str]) -> Self:
+    def opened(
+        cls,
+        path: Path,
+        run: Mapping[str, Any],
+        read_as: Mapping[str, str],
+        *,
+        afresh: bool = False,
+    ) -> Self:
         """The journal of a run: a new one, or the one that is there with all that it holds.
 
         `run` says what it was made by, `read_as` with what options each scene is read. Rows of
-        scenes that ran out of time or memory count for none: they are to be tried again.
+        scenes that ran out of time or memory count for none: they are to be tried again. `afresh`
+        throws away what the one that is there holds.
 
         Raises InputError if it cannot be written, is in use, or was begun by another run.
         """
-        check_regular(path)
+        journal = cls(path, _locked(path))
         try:
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
-        except OSError as exc:
-            raise InputError(f"{path}: cannot be written: {exc.strerror}") from exc
-        journal = cls(path, descriptor)
-        try:
-            journal._take_up(run, read_as)
+            journal._take_up(run, read_as, afresh=afresh)
         except BaseException:
-            os.close(descriptor)
+            journal.close()
             raise
         return journal
 
@@ -79,8 +90,9 @@ class Journal:
             self._descriptor = -1
 
     def remove(self) -> None:
-        """Removes the file: its rows are in the output."""
-        self.path.unlink(missing_ok=True)
+        """Remove the file, whose rows are in the output; one of another run stays."""
+        if _is_at(self._descriptor, self.path):
+            self.path.unlink()
 
     def __contains__(self, path: str) -> bool:
         return path in self._places
@@ -107,15 +119,13 @@ class Journal:
             row.setdefault("warnings", [])  # a journal that an older version began has none
             yield row
 
-    def _take_up(self, run: Mapping[str, Any], read_as: Mapping[str, str]) -> None:
-        try:
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(f"{self.path}: another run is writing there: wait for it") from None
+    def _take_up(self, run: Mapping[str, Any], read_as: Mapping[str, str], *, afresh: bool) -> None:
         with os.fdopen(os.dup(self._descriptor), "rb") as file:
             file.seek(0)
             head = file.readline(MOST_LINE_BYTES)
-            if head.endswith(b"\n"):
+            if afresh and head.startswith(HEAD):
+                pass
+            elif head.endswith(b"\n"):
                 _check_head(self.path, head, run)
                 self._end = len(head)
                 for line in iter(partial(file.readline, MOST_LINE_BYTES), b""):
@@ -152,6 +162,41 @@ class Journal:
         return start, length
 
 
+def _locked(path: Path) -> int:
+    """Open a journal that no other run has; InputError if one does, or it cannot be written."""
+    check_regular(path)
+    while True:
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        except OSError as exc:
+            raise InputError(f"{path}: cannot be written: {exc.strerror}") from exc
+        try:
+            _lock(descriptor, path, fcntl.LOCK_EX)
+            if _is_at(descriptor, path):  # else the run that had it has just removed it
+                return descriptor
+        except BaseException:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, path: Path, kind: int) -> None:
+    try:
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(f"{path}: another run is writing there: wait for it") from None
+    except OSError as exc:
+        raise InputError(f"{path}: cannot be locked: {exc.strerror}") from exc
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    """Return whether an open file is the one that has this name now."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except OSError:
+        return False
+
+
 def _check_head(path: Path, head: bytes, run: Mapping[str, Any]) -> None:
     """Raises InputError if the journal is none, or was begun by another run than this."""
     try:
@@ -166,7 +211,7 @@ def _check_head(path: Path, head: bytes, run: Mapping[str, Any]) -> None:
 
 
 def _no_journal(path: Path) -> InputError:
-    return InputError(f"{path}: is no journal of classify: move it away, or give --overwrite")
+    return InputError(f"{path}: is no journal of classify: move it away")
 
 
 def _taken_up(line: bytes, place: str) -> Row:

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Protocol
 
 from facetlog.batch.content import content_hash
-from facetlog.batch.journal import Journal, journal_path
+from facetlog.batch.journal import Journal, check_not_in_use, journal_path
 from facetlog.batch.output import check_format, read_rows
 from facetlog.batch.pool import Answer, Task
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
+from facetlog.output_file import check_output_file
 from facetlog.regular_file import check_regular
 
 __all__ = ["Finished", "Plan", "Progress", "Workers", "check_output", "classified"]
@@ -80,26 +81,29 @@ class Finished:
         return self.journal.rows(item.path for item in self.items)
 
 
-def check_output(plan: Plan) -> None:
-    """Raises InputError if the rows could not be written at the end, or something is in the way."""
+def check_output(plan: Plan, inputs: Iterable[Path] = ()) -> None:
+    """Raise InputError if the rows may not be written at the end, or something is in the way.
+
+    `inputs` are the files that the run reads.
+    """
     output = plan.output
     if output is None:
         return
     check_format(output)
-    if output.is_dir() or not output.absolute().parent.is_dir():
-        raise InputError(f"{output} cannot be written: give a file in a folder that exists")
+    journal = journal_path(output)
     # Both are read again: to go on, and to put rows into their order.
-    for path in (output, journal_path(output)):
+    for path in (output, journal):
+        check_output_file(path, "-o", inputs, overwrite=True)
         check_regular(path)
+    check_not_in_use(journal)
     if plan.resume or plan.overwrite:
         return
-    journal = journal_path(output)
     if journal.exists():
         raise InputError(
             f"{journal} is of a run that was stopped: give --resume to go on with it, or "
             "--overwrite to start over"
         )
-    if output.exists():
+    if output.is_file() and output.stat().st_size:
         raise InputError(f"{output} exists: give --overwrite, or --resume to add what is missing")
 
 
@@ -139,11 +143,11 @@ def _journal(plan: Plan, models_hash: str, stack: ExitStack) -> Journal:
         path = Path(folder, "rows")
     else:
         path = journal_path(plan.output)
-        if plan.overwrite and not plan.resume:
-            path.unlink(missing_ok=True)
     read_as = {item.path: item.read_as(plan.settings) for item in plan.items}
     begun = path.exists()
-    journal = stack.enter_context(Journal.opened(path, {"models": models_hash}, read_as))
+    afresh = plan.overwrite and not plan.resume
+    opened = Journal.opened(path, {"models": models_hash}, read_as, afresh=afresh)
+    journal = stack.enter_context(opened)
     if plan.output is not None and plan.resume and plan.output.exists() and not begun:
         try:
             _take_up(plan.output, models_hash, read_as, journal)

@@ -104,7 +104,7 @@ def classify_command(
         bool, typer.Option("--resume", help="Go on with a run that was stopped.")
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the table, and start over.")
+        bool, typer.Option("--overwrite", help="Replace table and report, and start over.")
     ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 if a scene had an error.")
@@ -160,6 +160,8 @@ def classify_command(
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.run import Plan, check_output
     from facetlog.batch.settings import Settings
+    from facetlog.output_file import check_distinct
+    from facetlog.page.page_path import check_page
 
     if report is not None and labels is None:
         raise InputError("--report shows what went wrong: give --labels as well")
@@ -186,15 +188,18 @@ def classify_command(
     items = read_as_then(items, old, up=up is not None, unit=unit is not None)
     check_alike(items, settings, old)
     plan = Plan(items, settings, out, resume, overwrite, old)
-    check_output(plan)
+    given = (*(models or ()), labels, changed_since, *map(Path, listed or ()))
+    read = [*(path for path in given if path is not None), *(Path(item.place) for item in items)]
+    check_distinct((("-o", out), ("--report", report), ("--html", html)))
+    check_output(plan, read)
     if report is not None:
-        from facetlog.batch.pages.report import check_report, write_report
+        from facetlog.batch.pages.report import write_report
 
-        check_report(report)
+        check_page(report, "--report", read, overwrite=overwrite)
     if html is not None:
         from facetlog.batch.pages.scene_pages import check_pages
 
-        check_pages(html, len(items), (out, report))
+        check_pages(html, len(items), read, (out, report))
     outcome = Outcome(comparison=comparison)
     with _workers(settings, workers, dask, len(items)) as crew:
         if labels is not None:

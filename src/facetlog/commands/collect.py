@@ -145,6 +145,9 @@ def collect_command(
     noiseless: Noiseless = False,
     model: Model = None,
     baud: Baud = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace recordings that are there already.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Drives a tour, or explores, and takes views. Exit code 0: all, 1: some left out, 3: a device.
@@ -219,7 +222,7 @@ def collect_command(
     )
     with ended_by_signals(), ExitStack() as stack:
         recordings = Recordings(mcap, rerun)
-        recordings.check()
+        recordings.check(models or (), overwrite=overwrite)
         recordings.check_beside(out)
         judging: ViewVerdicts | None = None
         explorer: Explorer | AreaExplorer | None = None

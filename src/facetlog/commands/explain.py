@@ -11,6 +11,7 @@ from facetlog.commands.page_file import Html, write_page
 from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, as_given, options_given
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
+from facetlog.output_file import Overwrite
 from facetlog.page.page_path import check_page
 from facetlog.terminal import note
 
@@ -61,6 +62,7 @@ def why_command(
         typer.Option("--full", help="The whole proof, and where each face comes from, to pixels."),
     ] = False,
     html: Html = None,
+    overwrite: Overwrite = False,
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
@@ -83,6 +85,7 @@ def why_command(
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
         stated=(up, unit, sensor),
+        overwrite=overwrite,
         trust=trust,
         raw=raw,
         as_json=as_json,
@@ -103,6 +106,7 @@ def why_not_command(
     ] = 5,
     full: Annotated[bool, typer.Option("--full", help="The whole proof of each.")] = False,
     html: Html = None,
+    overwrite: Overwrite = False,
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
@@ -121,6 +125,7 @@ def why_not_command(
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
         stated=(up, unit, sensor),
+        overwrite=overwrite,
         trust=trust,
         as_json=as_json,
     )
@@ -136,6 +141,7 @@ def _explained(
     html: Path | None,
     *,
     stated: tuple[str, str, str],
+    overwrite: bool,
     trust: bool,
     raw: bool = False,
     as_json: bool,
@@ -145,7 +151,7 @@ def _explained(
 
     about = About(model, thing, parts_given(parts or ()))
     if html is not None:
-        check_page(html)
+        check_page(html, "--html", (scene, *(models or ())), overwrite=overwrite)
     with Session(trust=trust, raw=raw, options=options_given(*stated)) as session:
         session.load_models(models or ())
         (file,) = session.load_scenes([scene])

@@ -132,7 +132,7 @@ def followed(
     from facetlog.perception.reading.read_views import ViewSet
 
     if out is not None:
-        check_replaceable(out)
+        check_replaceable(out, inputs=(path, *models))
         check_plots()
     check_up(up)
     clock = StepClock()

@@ -55,7 +55,7 @@ def map_command(
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise InputError(f"--resolution {resolution}: give the side of a cell in metres, above 0")
     if out is not None:
-        check_replaceable(out)
+        check_replaceable(out, inputs=(*folders, *(models or ())))
     with open_models(tuple(models or ()), trusted=trust) as base, showing_progress() as progress:
         room = map_of(folders, base, side=resolution, aligned=aligned, progress=progress)
     for note in room.notes:

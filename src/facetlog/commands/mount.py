@@ -31,6 +31,7 @@ from facetlog.commands.robot_options import (
 from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
 from facetlog.errors import DeviceError, InputError
+from facetlog.output_file import Overwrite, check_output_file
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -78,21 +79,22 @@ def mount_command(
     noiseless: Noiseless = False,
     model: Model = None,
     baud: Baud = None,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> int:
     """Calibrates where the camera head sits. Exit code 0: all is determined, 1: not all.
 
     The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
     """
-    from facetlog.robot.collecting.record import write_file
+    from facetlog.perception.whole_file import write_whole
     from facetlog.robot.mount.fit import fit_mount
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, mount_text, read_mount
 
     printed = _board(board, square, marker)
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
-    if out.is_dir() or not out.absolute().parent.is_dir():
-        raise InputError(f"{out} cannot be written: give a file in a folder that exists")
+    read = [path for path in (prior, camera_file) if path is not None]
+    check_output_file(out, "-o", read, overwrite=overwrite)
     told_optics, _ = optics_of(camera_file, None)
     mount = DEFAULT_MOUNT if prior is None else read_mount(prior)
     sightings, optics = _sightings(
@@ -108,7 +110,7 @@ def mount_command(
         f"by {fit.sightings} pictures of a board; corners fit to {fit.rms_px:.2f} pixels (rms)",
         *(f"not determined by the motions, value from before: {name}" for name in fit.undetermined),
     )
-    write_file(out, mount_text(fit.mount, remarks=remarks).encode())
+    write_whole(out, mount_text(fit.mount, remarks=remarks).encode())
     typer.echo(_document(fit) if as_json else _text(fit))
     return NO if fit.undetermined else YES
 

@@ -9,6 +9,7 @@ from facetlog.commands.page_file import Html, answers_to, write_page
 from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, options_given
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
+from facetlog.output_file import Overwrite
 from facetlog.page.page_path import check_page
 
 __all__ = ["query_command"]
@@ -39,6 +40,7 @@ def query_command(
         float | None, typer.Option("--timeout", metavar="SECONDS", help="At most so long a goal.")
     ] = None,
     html: Html = None,
+    overwrite: Overwrite = False,
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
@@ -65,7 +67,7 @@ def query_command(
     if goal is not None and not any(split_goals(goal)):
         raise InputError("the goal is empty: give one as face(F), or none for a prompt")
     if html is not None:
-        check_page(html)
+        check_page(html, "--html", (*paths, *(models or ())), overwrite=overwrite)
         if goal is None or len(paths) != 1 or len(list(split_goals(goal))) != 1:
             raise InputError("--html is of one scene and one goal: give both")
     limits = Limits() if timeout is None else Limits(seconds=timeout)

@@ -8,6 +8,7 @@ import typer
 from facetlog.commands.robot_options import Mcap, Rerun
 from facetlog.commands.shared import YES, Models, Trust, command
 from facetlog.errors import InputError
+from facetlog.output_file import Overwrite
 
 __all__ = ["record_command"]
 
@@ -19,6 +20,7 @@ def record_command(
     ],
     mcap: Mcap = None,
     rerun: Rerun = None,
+    overwrite: Overwrite = False,
     models: Models = None,
     trust: Trust = False,
 ) -> int:
@@ -29,7 +31,7 @@ def record_command(
     recordings = Recordings(mcap, rerun)
     if not recordings:
         raise InputError("nothing is to be written: give --mcap FILE, --rerun WHERE, or both")
-    recordings.check()
+    recordings.check((folder, *(models or ())), overwrite=overwrite)
     with open_models(tuple(models or ()), trusted=trust) as base:
         views = record_collection(folder, recordings, base)
     typer.echo(f"{views} views recorded")

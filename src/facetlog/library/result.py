@@ -197,7 +197,7 @@ class Result(Closing):
         from facetlog.perception.whole_file import write_whole
 
         place = Path(path)
-        check_page(place)
+        check_page(place, "path", overwrite=True)
         try:
             write_whole(place, _page(self._subject).encode())
         except OSError as exc:

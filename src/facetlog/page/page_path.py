@@ -1,20 +1,20 @@
 """Where a page may be written."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
-from facetlog.errors import InputError
+from facetlog.output_file import OWN_PAGE, check_output_file
 
 __all__ = ["check_page"]
 
 SUFFIXES = (".html", ".htm")
 
 
-def check_page(path: Path) -> None:
-    """Raises InputError if no page can be written there: to be called before any work.
+def check_page(
+    path: Path, option: str, inputs: Iterable[Path] = (), *, overwrite: bool = False
+) -> None:
+    """Raise InputError if no page may be written there, as `check_output_file` does.
 
-    A page that is there is replaced, no other file.
+    A page of facetlog is replaced, another file only with `overwrite`.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path} is no page: give a file whose name ends with .html")
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(f"{path} cannot be written: give a file in a folder that exists")
+    check_output_file(path, option, inputs, suffixes=SUFFIXES, own=OWN_PAGE, overwrite=overwrite)

@@ -5,7 +5,9 @@ from importlib.resources import files
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from facetlog import __version__
 from facetlog.page.contents import Subject, contents
+from facetlog.page.policy import head_lines, scripts_in
 from facetlog.terminal import printable
 
 __all__ = ["PAGE_FILE", "page"]
@@ -30,8 +32,9 @@ def page(subject: Subject) -> str:
     template = environment.get_template("page.html.jinja")
     shown = contents(subject)
     # A page of its own, whose lines are kept.
+    scripts = (beside["script"], *scripts_in(shown["model_view"]))
     shown["model_view"] = escape(shown["model_view"])
-    return template.render(**shown, **beside)
+    return template.render(**shown, **beside, head=head_lines(scripts, version=__version__))
 
 
 def _printable(value: object) -> object:

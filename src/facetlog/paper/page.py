@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from facetlog import __version__
 from facetlog.kb.explaining.verdict_text import holding_text
 from facetlog.output_folder import output_folder
+from facetlog.page.policy import head_lines, scripts_in
 from facetlog.paper import pictures
 from facetlog.paper.curves import covariance_curve, estimate_curve, shown_vertices
 from facetlog.paper.experiment import METRES_PER_INCH, Experiment, VertexRun
@@ -61,7 +62,9 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
     ungrown, grown = (sum(counts) for counts in run.lost)
     rand = [a.rand for a in run.agreement if a.rand is not None]
     own = [o for a in run.agreement for o in a.own]
+    viewer = viewer_html(scene)
     return {
+        "head": head_lines(scripts_in(viewer), version=__version__),
         "version": __version__,
         "seed": seed,
         "verdict": holding_text(v.summary for v in recognition.best),
@@ -94,7 +97,7 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
         ],
         "point_iterations": point_iterations(),
         "plane_iterations": plane_iterations(),
-        "viewer": viewer_html(scene),
+        "viewer": viewer,
         "angles": _angles(run),
         "model": _model_text(),
         "proof": "\n".join(recognition.lines()),

@@ -1,5 +1,6 @@
 """The recordings that are asked for, and a collection's folder put into them."""
 
+from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +8,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from facetlog.errors import InputError, missing_extra
+from facetlog.output_file import check_output_file
 from facetlog.recordings.moments import Moment, Recorder
 
 if TYPE_CHECKING:
@@ -25,20 +27,30 @@ class Recordings:
     def __bool__(self) -> bool:
         return self.mcap is not None or self.rerun is not None
 
-    def check(self) -> None:
-        """InputError where a package is missing or a name is none, before any work."""
+    @property
+    def files(self) -> tuple[tuple[str, Path], ...]:
+        """The options that name files, with them; a viewer is none."""
+        there = (("--mcap", self.mcap), ("--rerun", self.rerun))
+        return tuple((o, Path(p)) for o, p in there if p is not None and Path(p).suffix)
+
+    def check(self, inputs: Iterable[Path] = (), *, overwrite: bool = False) -> None:
+        """Raise InputError where a package is missing, a name is none, or a file may not be written
+        there (see `check_output_file`), before any work."""
         if self.mcap is not None:
             from facetlog.recordings.mcap_recording import checked_mcap
 
             checked_mcap(self.mcap)
         if self.rerun is not None:
             _rerun_recording().rerun_target(self.rerun)
+        read = tuple(inputs)
+        for option, path in self.files:
+            if path.exists():  # else its folder is made, too
+                check_output_file(path, option, read, overwrite=overwrite)
 
     def check_beside(self, folder: Path) -> None:
         """InputError where a recording would be among the views of a folder."""
-        files = (self.mcap, None if self.rerun is None else Path(self.rerun))
-        for file in files:
-            if file is not None and folder.resolve() in file.resolve().parents:
+        for _, file in self.files:
+            if folder.resolve() in file.resolve().parents:
                 raise InputError(f"{file} is in the folder of the views: put it beside {folder}")
 
     def open(self, name: str) -> "Recorders":

@@ -13,21 +13,12 @@ from facetlog.batch.pages.report_page import Explanation, card, foot, group_head
 from facetlog.batch.pool import Task
 from facetlog.batch.rows import Row, closest
 from facetlog.batch.run import Finished, Progress, Workers
-from facetlog.errors import InputError
 from facetlog.perception.whole_file import writing_whole
-from facetlog.regular_file import check_regular
 
-__all__ = ["check_report", "write_report"]
+__all__ = ["write_report"]
 
 EXPLAINED_AT_ONCE = 256
 """Mistakes whose pictures are in memory together: some megabytes."""
-
-
-def check_report(path: Path) -> None:
-    """Raises InputError if a report could not be written there: before the run, not after it."""
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(f"{path} cannot be written: give a file in a folder that exists")
-    check_regular(path)
 
 
 def write_report(

@@ -11,6 +11,7 @@ from facetlog.batch.outcome import Outcome
 from facetlog.batch.pages.explain import Reason
 from facetlog.batch.rows import HOLDS, Row, closest, sureness
 from facetlog.counted import many
+from facetlog.page.policy import head_lines
 from facetlog.terminal import printable
 
 __all__ = ["Explanation", "card", "foot", "group_head", "head"]
@@ -39,6 +40,7 @@ def head(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
     style = files("facetlog.batch.pages").joinpath("report.css").read_text(encoding="utf-8")
     yield (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"{head_lines(version=__version__)}\n"
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>facetlog classify</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
     )

@@ -18,6 +18,7 @@ from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable, output_folder
+from facetlog.page.policy import head_lines
 from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.terminal import printable
 
@@ -33,17 +34,20 @@ NAME_BYTES = 200
 """Of a page's name, which with its number and suffix must be below 255."""
 
 
-def check_pages(folder: Path, scenes: int, others: Iterable[Path | None]) -> None:
+def check_pages(
+    folder: Path, scenes: int, inputs: Iterable[Path], others: Iterable[Path | None]
+) -> None:
     """Raises InputError if pages of so many scenes could not be written there: before the run.
 
-    `others` are files that the run writes as well: the folder is to hold the pages alone.
+    `inputs` are the files that the run reads, `others` those that it writes as well: the folder is
+    to hold the pages alone.
     """
     if scenes > MOST_PAGES:
         raise InputError(
             f"{OPTION} {folder}: {scenes:,} scenes would be as many pages of a megabyte each: "
             f"give at most {MOST_PAGES:,} scenes, or leave it out"
         )
-    check_replaceable(folder, OPTION)
+    check_replaceable(folder, OPTION, inputs)
     for file in others:
         if file is not None and folder.resolve() in file.resolve().parents:
             raise InputError(f"{OPTION} {folder}: holds pages alone: write {file} elsewhere")
@@ -119,6 +123,7 @@ def _index(done: Finished, names: dict[str, str], missing: dict[str, str]) -> It
     return environment.get_template("scene_pages.html.jinja").generate(
         title=many(len(done.items), "scene"),
         rows=(_entry(row, names, missing) for row in done.rows()),
+        head=head_lines(version=__version__),
         style=style,
         version=__version__,
     )

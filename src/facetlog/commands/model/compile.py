@@ -10,9 +10,10 @@ import typer
 from facetlog.commands.model.check import analysed
 from facetlog.commands.model.fault_text import plain
 from facetlog.commands.model.files import model_files
-from facetlog.commands.model.in_place import write_text
 from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
+from facetlog.output_file import Overwrite, check_output_file
+from facetlog.perception.whole_file import write_whole
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
@@ -44,6 +45,7 @@ def compile_command(
         Path | None,
         typer.Option("-o", "--out", metavar="FILE", help="Where to; standard output if not given."),
     ] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Translates a model file into Prolog.
 
@@ -56,8 +58,8 @@ def compile_command(
     if any(fault.code == "unreadable" for fault in analysis.faults):
         raise InputError(f"{paths[0]}: {analysis.faults[0].message}")
     used = {*analysis.library.files, *analysis.library.words}
-    if out is not None and out.resolve() in {path.resolve() for path in used}:
-        raise InputError(f"{out} is what it is compiled from: give another name with -o")
+    if out is not None:
+        check_output_file(out, "-o", used, overwrite=overwrite)
     faulty = bool(analysis.errors)
     for fault in analysis.faults:
         for line in fault.lines():
@@ -68,7 +70,7 @@ def compile_command(
     if out is None:
         typer.echo(text, nl=False)
     else:
-        write_text(out, text)
+        write_whole(out, text.encode())
     return NO if faulty else YES
 
 

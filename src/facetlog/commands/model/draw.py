@@ -50,7 +50,7 @@ def draw_command(
         typer.echo(faults)
         return NO
     folder = out or Path("drawn") / Path(name).stem
-    check_replaceable(folder)
+    check_replaceable(folder, inputs=models)
     with workbench(name, models) as bench:
         search = searched(bench, effort)
         if not search.best.judged.holds:

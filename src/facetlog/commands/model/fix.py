@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from facetlog.commands.model.check import analysed, checked
 from facetlog.commands.model.fault_text import counted
 from facetlog.commands.model.files import is_stdin
-from facetlog.commands.model.in_place import replace_text
 from facetlog.errors import InputError
+from facetlog.perception.whole_file import write_whole
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def fix_files(paths: Sequence[Path]) -> None:
         found = fixed(before.file.source.text, partial(_faults, path, Memory()))
         if found.text == before.file.source.text:
             continue
-        replace_text(path, found.text)
+        write_whole(path, found.text.encode())
         for one in found.done:
             note(f"{path}:{one.line}:{one.column}: {one.title} [{one.code}]")
         note(f"{path}: {counted(len(found.done), 'fault')} put right")

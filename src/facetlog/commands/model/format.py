@@ -8,10 +8,10 @@ import typer
 
 from facetlog.commands.model.fault_text import counted, plain
 from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
-from facetlog.commands.model.in_place import replace_text
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
+from facetlog.perception.whole_file import write_whole
 from facetlog.terminal import error, note, one_line
 
 __all__ = ["format_command"]
@@ -75,7 +75,7 @@ def _formatted(path: Path, *, check: bool, diff: bool) -> int:
     if is_stdin(path):
         typer.echo(after, nl=False)
     elif before != after:
-        replace_text(path, after)
+        write_whole(path, after.encode())
         note(f"{path} is reformatted")
     return YES
 

@@ -63,7 +63,7 @@ def sample_command(
         typer.echo(faults)
         return NO
     folder = out or Path("samples") / Path(name).stem
-    check_replaceable(folder)
+    check_replaceable(folder, inputs=models)
     with workbench(name, models) as bench:
         search = searched(bench, effort)
         if not search.best.judged.holds:

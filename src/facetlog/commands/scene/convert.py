@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.scene.output import Overwrite, check_output
 from facetlog.commands.scene.shape import AUTO, NONE, Scale, Sensor, ShapeArgument, Unit, Up, read
 from facetlog.commands.shared import YES, command
+from facetlog.output_file import Overwrite, check_output_file
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def convert_command(
 ) -> int:
     """Writes a scene, mesh or cloud in another form; the suffix says which."""
     writers = {PIECES: _write_pieces} if pieces else _WRITERS
-    check_output(out, tuple(writers), overwrite=overwrite)
+    check_output_file(out, "OUT", (shape,), suffixes=tuple(writers), overwrite=overwrite)
     scene = read(shape, up, unit, sensor, scale).scene
     for line in scene.warnings:
         warn(line)

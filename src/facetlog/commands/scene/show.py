@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from facetlog.commands.scene.output import Overwrite, check_output
 from facetlog.commands.scene.shape import AUTO, NONE, Scale, Sensor, ShapeArgument, Unit, Up, read
 from facetlog.commands.shared import YES, AsJson, command
+from facetlog.output_file import Overwrite, check_output_file
 from facetlog.terminal import one_line, warn
 
 __all__ = ["show_command"]
@@ -34,7 +34,7 @@ def show_command(
     from facetlog.commands.scene.summary import Summary
 
     if out is not None:
-        check_output(out, (PICTURE_SUFFIX,), overwrite=overwrite)
+        check_output_file(out, "-o", (shape,), suffixes=(PICTURE_SUFFIX,), overwrite=overwrite)
     found = read(shape, up, unit, sensor, scale)
     if out is not None:
         from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
