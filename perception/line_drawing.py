@@ -9,6 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.junctions import Junction, junction_type, rays_in_order
+from facetlog.perception.polygons import find_union
 from facetlog.perception.types import FloatArray, frozen
 
 __all__ = ["LineDrawing", "Rays"]
@@ -91,7 +92,7 @@ class LineDrawing:
         if not len(self.lines):
             return ()
         drawn = shapely.linestrings(self.points[self.lines])
-        whole = shapely.union_all(shapely.get_parts(shapely.polygonize(drawn)))
+        whole = find_union(shapely.get_parts(shapely.polygonize(drawn)))
         index = {tuple(point): i for i, point in enumerate(self.points.tolist())}
         known = {frozenset(pair) for pair in self.lines.tolist()}
         found = []

@@ -5,6 +5,7 @@ v1 …, views view1 …, things t1 …, in the scene's order; sides of faces tha
 edge for follow the listed ones.
 """
 
+import logging
 from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import repeat
@@ -29,6 +30,8 @@ __all__ = [
     "facts_on_demand",
     "scene_facts",
 ]
+
+_LOG = logging.getLogger(__name__)
 
 FACES_AT_ONCE = 400
 """Faces of scenes that are worked on together: of more, arrays leave the processor's cache."""
@@ -172,8 +175,32 @@ def scene_facts(scene: Scene) -> tuple[Fact, ...]:
 
 
 def facts_on_demand(scene: Scene) -> tuple[Fact, ...]:
-    """The facts of a scene that `scene_facts` leaves out; they take as long as all others."""
-    return _facts(fact_rows(scene, ON_DEMAND))
+    """Return the facts of a scene that `scene_facts` leaves out; they take as long as all others.
+
+    Most of them only explain. Kinds whose maker fails are left out, with a warning in the log: they
+    are unknown.
+    """
+    memo = SceneMemo.of(scene)
+    found: FactColumns = {}
+    for maker, made in _MAKERS:
+        kinds = _wanted(ON_DEMAND.intersection(made))
+        if not kinds:
+            continue
+        facts = BlockFacts(kinds, 1)
+        try:
+            maker(memo, facts)
+        except Exception as exc:
+            fault = f"{type(exc).__name__}: {exc}"
+            _LOG.warning(
+                "%s: %s are unknown, as working them out failed (%s)",
+                scene.name,
+                ", ".join(kinds),
+                fault,
+            )
+            _LOG.debug("%s failed", maker.__name__, exc_info=True)
+            continue
+        found |= with_scale_error(facts.of_scene(0), scene.scale_sd)
+    return _facts({kind: rows_from(found[kind]) for kind in _wanted(found)})
 
 
 def _facts(rows: FactRows) -> tuple[Fact, ...]:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-import shapely
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -14,6 +13,7 @@ from trimesh.viewer import notebook
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.polygons import triangulate
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
@@ -59,8 +59,7 @@ def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
     """
     if not face.polygon.area > 0.0:
         return np.zeros((0, 3, 3))
-    triangles = shapely.constrained_delaunay_triangles(face.polygon)
-    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
+    corners = triangulate(face.polygon)
     # all three run the same way round, which may be either
     (ax, ay), (bx, by) = np.moveaxis(corners[:, 1:] - corners[:, :1], (1, 2), (0, 1))
     clockwise = ax * by - ay * bx < 0.0

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.polygons import find_intersection, make_valid
 from facetlog.perception.row_table import Bools, Indices, padded_sums, row_starts
 from facetlog.perception.types import FloatArray
 
@@ -81,9 +82,7 @@ def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: B
     """
     ring_of = np.repeat(np.arange(len(rings)), rings)
     polygons = shapely.polygons(shapely.linearrings(corners, indices=ring_of), indices=faces)
-    doubtful = np.flatnonzero(~sound)
-    crossed = doubtful[~shapely.is_valid(polygons[doubtful])]
-    polygons[crossed] = shapely.buffer(polygons[crossed], 0.0)
+    polygons[~sound] = make_valid(polygons[~sound])
     return np.asarray(polygons, dtype=np.object_)
 
 
@@ -216,7 +215,7 @@ class Outlines:
         rows = np.flatnonzero(meet & ~simple)
         if len(rows):
             one, two = self.take(rows).polygons(), others.take(rows).polygons()
-            shared[rows] = shapely.area(shapely.intersection(one, two))
+            shared[rows] = shapely.area(find_intersection(one, two))
         return shared
 
     def hold(self, where: FloatArray) -> Bools:

@@ -44,6 +44,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
 from facetlog.perception.flat_faces import plane_axes, ring_sides
+from facetlog.perception.polygons import find_difference, find_intersection, make_polygon
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
@@ -142,7 +143,7 @@ class HoleFinder:
         cells = self._look(corners, plane, views, taken, FINE_PX)
         grid, left = cells.grid, _largest(cells.outline)
         rings = (grid.cells(ring) + 0.5 for ring in self._rings(cells, plane, views))
-        openings = [shapely.Polygon(ring).buffer(0) for ring in rings]
+        openings = [make_polygon(ring) for ring in rings]
 
         def score(part: shapely.Polygon) -> float:
             ring = grid.points(shapely.get_coordinates(part.exterior)[:-1])
@@ -154,7 +155,10 @@ class HoleFinder:
             if score(left) <= LEAST_SCORE:
                 ring = shapely.geometry.polygon.orient(left).exterior
                 return grid.points(shapely.get_coordinates(ring)[:-1])
-            cuts = [(_largest(left & each), _largest(left - each)) for each in openings]
+            cuts = [
+                (_largest(find_intersection(left, each)), _largest(find_difference(left, each)))
+                for each in openings
+            ]
             seen = [(score(piece), rest) for piece, rest in cuts if piece and rest]
             best = max(seen, key=lambda cut: round(cut[0], 6), default=(0.0, None))
             left = best[1] if best[0] > 0 else None
@@ -175,7 +179,7 @@ class HoleFinder:
         low, high = flat.min(axis=0), flat.max(axis=0)
         step = max(cell_px * self._pixel, float((high - low).max()) / MAX_CELLS)
         grid = PlaneGrid.over(plane, basis, low, high, step)
-        outline = shapely.Polygon(grid.cells(corners) + 0.5).buffer(0)
+        outline = make_polygon(grid.cells(corners) + 0.5)
         middles = np.argwhere(np.ones(grid.shape))[:, ::-1] + 0.5
         middles = middles[shapely.contains_xy(outline, middles)]
         found, seen = self._photos.agree(views, grid.points(middles), taken)

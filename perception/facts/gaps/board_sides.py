@@ -12,6 +12,7 @@ import shapely
 
 from facetlog.perception.behind_face import MAX_GAP_SHARE, MIN_DEPTH_SHARE
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
@@ -55,9 +56,9 @@ def _back_to_back(
     """Whether outlines (k, 3), (l, 3) cover each other, the second a board's thickness behind."""
     middle = one.mean(axis=0)
     axes = plane_axes(normal, one[1] - one[0])
-    first, second = (shapely.Polygon((ring - middle) @ axes.T).buffer(0) for ring in (one, other))
+    first, second = (make_polygon((ring - middle) @ axes.T) for ring in (one, other))
     least = min(first.area, second.area)
-    shared = first.intersection(second)
+    shared = find_intersection(first, second)
     if shared.area < SHARED * least:
         return False
     place = middle + shapely.get_coordinates(shared.centroid)[0] @ axes

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.pieces.pieces import Piece
+from facetlog.perception.polygons import find_intersection
 from facetlog.perception.space.openings import Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
@@ -146,7 +147,7 @@ def plan_overlap(
     areas = shapely.area(plans)
     share = np.zeros((len(boxes), len(boxes)))
     one, other = shapely.STRtree(moved).query(plans)  # of all others nothing is over the other
-    over = shapely.area(shapely.intersection(plans[one], moved[other]))
+    over = shapely.area(find_intersection(plans[one], moved[other]))
     least = np.minimum(areas[one], areas[other])
     # Very far from the origin a plan may have no area left in numbers.
     share[one, other] = np.divide(over, least, out=np.zeros(len(over)), where=least > 0.0)

@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 from scipy.spatial import Delaunay, QhullError
 
+from facetlog.perception.polygons import find_intersection, join_triangles
 from facetlog.perception.types import FloatArray
 
 __all__ = ["covered_area"]
@@ -50,12 +51,11 @@ def covered_area(
     kept_triangles = flat[triangles[_circumradius(flat[triangles]) <= reach]]
     if not len(kept_triangles):
         return (), typical
-    whole = shapely.coverage_union_all(shapely.polygons(kept_triangles))
+    whole = join_triangles(kept_triangles)
     width = CLEARED * typical
     closed = whole.buffer(width, join_style="mitre").buffer(-width, join_style="mitre")
     opened = closed.buffer(-width, join_style="mitre").buffer(width, join_style="mitre")
-    # buffers by nothing repair what rounding did to sides that all but touch
-    both = shapely.intersection(opened.buffer(0), closed.buffer(0), grid_size=GRID * typical)
+    both = find_intersection(opened, closed, grid_size=GRID * typical)
     pieces = [p for p in shapely.get_parts(both) if p.geom_type == "Polygon"]
     pieces = [_without_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
     pieces.sort(key=lambda piece: -piece.area)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import find_intersection
 from facetlog.perception.shapes.clouds.alpha_shape import covered_area
 from facetlog.perception.shapes.clouds.cloud_planes import CloudPlane, CloudPlanes
 from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
@@ -170,7 +171,7 @@ def _sound(
     Where sides moved onto one another, those of the outline alone may still do.
     """
     for shape in (shapely.Polygon(outline, holes), shapely.Polygon(outline)):
-        if shape.is_valid and shape.intersection(area).area >= SAME_AREA * area.area:
+        if shape.is_valid and find_intersection(shape, area).area >= SAME_AREA * area.area:
             return shape
     simple = shapely.simplify(area, ROUGH * spacing, preserve_topology=True)
     return simple if simple.geom_type == "Polygon" and simple.is_valid else area

@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
@@ -40,7 +41,7 @@ def off_faces(
         start = region.outline[0]
         axes = plane_axes(region.plane.normal, region.outline[1] - start)
         loops = [(loop - start) @ axes.T for loop in (region.outline, *region.holes)]
-        polygon = shapely.make_valid(shapely.Polygon(loops[0], loops[1:]))
+        polygon = make_polygon(loops[0], loops[1:])
         wide = polygon.buffer(RIM_SDS * noise + spacing)
         shapely.prepare(wide)
         x, y = ((points[near] - start) @ axes.T).T

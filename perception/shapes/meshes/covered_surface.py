@@ -14,6 +14,7 @@ import shapely
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group
+from facetlog.perception.polygons import find_difference, find_union, make_polygon, make_valid
 from facetlog.perception.shapes.meshes.clean_mesh import Surface
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
@@ -72,12 +73,12 @@ class Solids:
             yield region
             return
         axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        face = shapely.Polygon(region.outline @ axes.T, [hole @ axes.T for hole in region.holes])
+        face = make_polygon(region.outline @ axes.T, [hole @ axes.T for hole in region.holes])
         distance = float(before[0] @ normal)
         sections = [
             self._section(nth, normal, distance, axes) for nth in np.flatnonzero(near).tolist()
         ]
-        left = shapely.difference(shapely.make_valid(face), shapely.union_all(sections))
+        left = find_difference(face, find_union(sections))
         if left.area > face.area * (1.0 - TOUCH_SHARE):
             yield region
             return
@@ -116,7 +117,7 @@ class Solids:
         area: shapely.Geometry = shapely.build_area(
             shapely.multilinestrings(flat.reshape(-1, 2, 2))
         )
-        return shapely.make_valid(area)
+        return make_valid(area)
 
 
 def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:

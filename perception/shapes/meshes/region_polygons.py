@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, joined
+from facetlog.perception.polygons import find_union, make_valid
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
@@ -137,7 +138,7 @@ def _merged(
     else:
         touch = TOUCH_SHARE * size
         grown = shapely.buffer(np.array(polygons), touch, join_style="mitre", cap_style="flat")
-        whole = shapely.buffer(shapely.union_all(grown), -touch, join_style="mitre")
+        whole = shapely.buffer(find_union(grown), -touch, join_style="mitre")
     parts = [p for p in shapely.get_parts(whole) if isinstance(p, shapely.Polygon)]
     parts = [p for p in parts if p.area > 0.0]
     if not parts:
@@ -194,8 +195,7 @@ class _Outlines:
         covered = 0.5 * np.abs(ax * by - ay * bx).sum()
         if area is not None and area.is_valid and abs(area.area - covered) <= AREA_ERROR * covered:
             return area
-        triangles = shapely.polygons(flat)
-        return shapely.union_all(shapely.make_valid(triangles))
+        return find_union(make_valid(shapely.polygons(flat)))
 
 
 def _region(

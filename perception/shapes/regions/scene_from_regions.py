@@ -4,10 +4,10 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike
 
 from facetlog.perception.flat_faces import plane_axes, vector_area
+from facetlog.perception.polygons import make_polygon, triangulate
 from facetlog.perception.scene import Body, Edge, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.outermost_points import outermost
@@ -159,8 +159,6 @@ def _triangles(region: FlatRegion) -> FloatArray:
     start = region.outline[0]
     axes = plane_axes(region.plane.normal, region.outline[1] - start)
     rings = [(ring - start) @ axes.T for ring in (region.outline, *region.holes)]
-    polygon = shapely.make_valid(shapely.Polygon(rings[0], rings[1:]))
-    flat = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
-    corners = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
+    corners = triangulate(make_polygon(rings[0], rings[1:]))
     lifted: FloatArray = start + corners @ axes
     return lifted

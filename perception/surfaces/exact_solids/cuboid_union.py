@@ -8,6 +8,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from facetlog.perception.polygons import find_union
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import one_object, polyhedron
 from facetlog.perception.types import FloatArray
@@ -72,7 +73,7 @@ def _faces(solid: NDArray[np.bool_], planes: list[FloatArray]) -> Iterator[list[
             ):
                 i, j = np.nonzero(shown)
                 cells = shapely.box(u[i], v[j], u[i + 1], v[j + 1])
-                for polygon in shapely.get_parts(shapely.union_all(cells)):
+                for polygon in shapely.get_parts(find_union(cells)):
                     yield [
                         [_point(axis, height, a, b) for a, b in _corners(ring)[::outward]]
                         for ring in _rings(polygon)

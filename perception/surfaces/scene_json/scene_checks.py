@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 import numpy as np
-import shapely
 
 from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.polygons import find_intersection, find_union, make_polygon
 from facetlog.perception.row_table import Bools, row_starts, stacked
 from facetlog.perception.scene import Face, Scene, Vertex
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
@@ -118,7 +118,8 @@ def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[Scen
         said = "crosses itself and has no area" if crosses else "has no area"
         yield SceneFault(f"{place}.outline", said)
         return
-    sound, slack = True, CROSSED_SHARE * abs(area)
+    enclosed = make_polygon(outline)
+    sound, slack = True, CROSSED_SHARE * min(abs(area), float(enclosed.area))
     for j, loop in enumerate((outline, *holes)):
         if _is_crossed(loop, slack):
             sound = False
@@ -132,8 +133,8 @@ def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[Scen
         )
     if sound and holes:
         stated = sum(abs(_signed_area(hole)) for hole in holes)
-        taken = shapely.union_all([_enclosed(hole) for hole in holes])
-        within = float(shapely.intersection(_enclosed(outline), taken).area)
+        taken = find_union([make_polygon(hole) for hole in holes])
+        within = float(find_intersection(enclosed, taken).area)
         if stated - within > CROSSED_SHARE * stated:
             yield SceneFault(f"{place}.holes", "lie outside the outline, or cross it or each other")
 
@@ -147,22 +148,13 @@ def _extent(loop: FloatArray) -> float:
     return float(np.hypot(*(loop.max(axis=0) - loop.min(axis=0))))
 
 
-def _enclosed(loop: FloatArray) -> shapely.Geometry:
-    """What a loop (k, 2) goes round."""
-    polygon = shapely.Polygon(loop)
-    if polygon.is_valid:
-        return polygon
-    mended: shapely.Geometry = shapely.make_valid(polygon)
-    return mended
-
-
 def _is_crossed(loop: FloatArray, slack: float) -> bool:
     """Whether a loop crosses itself: what it encloses is another area than the signed one, by more
     than `slack`.
 
     Where it only touches itself, as two pieces do that share a corner, it is the same.
     """
-    return abs(float(_enclosed(loop).area) - abs(_signed_area(loop))) > slack
+    return abs(float(make_polygon(loop).area) - abs(_signed_area(loop))) > slack
 
 
 def _plane_faults(

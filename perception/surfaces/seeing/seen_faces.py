@@ -8,6 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.scene import Face, Scene, SeenLattice
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
@@ -97,4 +98,4 @@ def _laid_flat(face: Face, rings: Sequence[FloatArray]) -> tuple[FloatArray, sha
     longest = along[largest(np.linalg.norm(along, axis=1))]
     basis = plane_axes(face.plane.normal, longest).T
     flat = [ring @ basis for ring in rings]
-    return basis, shapely.Polygon(flat[0], flat[1:]).buffer(0)
+    return basis, make_polygon(flat[0], flat[1:])

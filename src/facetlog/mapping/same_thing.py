@@ -15,6 +15,7 @@ from scipy.stats import chi2
 
 from facetlog.mapping.placed_thing import PlacedThing
 from facetlog.mapping.plan_box import PlanBox
+from facetlog.perception.polygons import find_intersection
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -206,7 +207,7 @@ def _shared(one: PlacedThing, other: PlacedThing) -> float:
     reach = REACH_SDS * math.sqrt(float(_cov_apart(one, other)[:2, :2].trace()) / 2)
     reach = max(reach, float(np.finfo(np.float32).eps))
     plans = [thing.plan.buffer(reach, quad_segs=2) for thing in (one, other)]
-    in_plan = shapely.area(shapely.intersection(*plans)) / min(shapely.area(p) for p in plans)
+    in_plan = shapely.area(find_intersection(*plans)) / min(shapely.area(p) for p in plans)
     sd = math.hypot(one.high.sd, other.high.sd)
     spans = [(t.low - REACH_SDS * sd, t.high.value + REACH_SDS * sd) for t in (one, other)]
     least = min(high - low for low, high in spans)

@@ -12,6 +12,12 @@ from facetlog.page.inner_point import inner_point
 from facetlog.page.model_view import loose_edges
 from facetlog.perception.pieces.pieces import Piece
 from facetlog.perception.pieces.shown_pieces import SIDES, ShownPieces, box_corners
+from facetlog.perception.polygons import (
+    find_difference,
+    find_intersection,
+    find_union,
+    make_polygon,
+)
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import (
@@ -78,13 +84,13 @@ def seen_outlines(
     rims = (k for k in range(len(scene.edges)) if k not in loose and f"e{k + 1}" in named)
     edges = (*_edges(view, scene, "edge", sorted(loose)), *_edges(view, scene, "rim", rims))
     for drawn in (*(face for face in faces if face.is_shown), *edges):
-        seen = shapely.intersection(drawn.shape, border)
+        seen = find_intersection(drawn.shape, border)
         for index in tree.query(drawn.shape, predicate="intersects"):
             if faces[index] is not drawn:
-                seen = shapely.difference(seen, _hidden_by(faces[index], drawn))
+                seen = find_difference(seen, _hidden_by(faces[index], drawn))
         yield from _outline(drawn.kind, drawn.name, _as_shown(seen, shrink))
     for piece in pieces.pieces:
-        box = shapely.intersection(_box(view, piece.piece), border)
+        box = find_intersection(_box(view, piece.piece), border)
         yield from _outline(f"piece {piece.piece.kind}", piece.name, _as_shown(box, shrink))
 
 
@@ -96,9 +102,9 @@ def _hidden_by(other: _Drawn, drawn: _Drawn) -> BaseGeometry:
     """Where another face is before it: flat things that do not cross keep their order in each part
     of the picture where both are.
     """
-    both = shapely.get_parts(shapely.intersection(other.shape, drawn.shape))
+    both = shapely.get_parts(find_intersection(other.shape, drawn.shape))
     hidden = [part for part in both if other.is_before(drawn, _xy(shapely.point_on_surface(part)))]
-    return shapely.union_all(hidden)
+    return find_union(hidden)
 
 
 def _outline(kind: str, name: str, shown: BaseGeometry) -> Iterator[SeenOutline]:
@@ -139,9 +145,9 @@ def _faces(view: View, scene: Scene) -> Iterator[_Drawn]:
         if not rings or above == 0.0:
             continue
         # By the even-odd rule: outline and holes may be cut at the picture's border.
-        shape = shapely.make_valid(shapely.Polygon(rings[0]))
+        shape = make_polygon(rings[0])
         for hole in rings[1:]:
-            shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
+            shape = find_difference(shape, make_polygon(hole))
         # A ray c + z R (x, y, 1) meets n · p + d = 0 at 1 / z = -n · R (x, y, 1) / (n · c + d).
         of_ray = -(view.pose.rotation.T @ face.plane.normal) / above
         yield _Drawn(

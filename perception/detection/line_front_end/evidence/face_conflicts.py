@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.parallel import PARALLEL_COSINE
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.polygons import find_intersection, find_union, make_polygon
 from facetlog.perception.types import FloatArray
 
 __all__ = ["MAX_BLOCKED", "alike", "back_to_back", "blocked", "lies_within", "overlap", "touch"]
@@ -35,7 +36,7 @@ def overlap(
     if apart.min() > near:
         return False
     a, b = _in_plane(corners, other_normal), _in_plane(others, other_normal)
-    return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
+    return bool(find_intersection(a, b).area > MAX_OVERLAP * min(a.area, b.area))
 
 
 def back_to_back(
@@ -56,7 +57,7 @@ def back_to_back(
 def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
     """Whether two polygons (k, 3) of one plane cover nearly the same of it."""
     a, b = _in_plane(one, normal), _in_plane(other, normal)
-    return bool(a.intersection(b).area > ALIKE * a.union(b).area)
+    return bool(find_intersection(a, b).area > ALIKE * find_union([a, b]).area)
 
 
 def blocked(
@@ -113,7 +114,7 @@ def _in_plane(
     corners: FloatArray, normal: FloatArray, holes: Sequence[FloatArray] = ()
 ) -> shapely.Geometry:
     basis = plane_basis(normal)
-    return shapely.Polygon(corners @ basis, [hole @ basis for hole in holes]).buffer(0)
+    return make_polygon(corners @ basis, [hole @ basis for hole in holes])
 
 
 def _well_within(

@@ -30,6 +30,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     segment_samples,
 )
 from facetlog.perception.flat_faces import cross, plane_axes, ring_sides
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
@@ -266,7 +267,7 @@ def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
     if not length.any():
         return np.zeros((0, 3))
     basis = plane_axes(normal, along[largest(length)]).T
-    polygon = shapely.Polygon(corners @ basis).buffer(0)
+    polygon = make_polygon(corners @ basis)
     if polygon.is_empty:
         return np.zeros((0, 3))
     low, high = np.array(polygon.bounds).reshape(2, 2)

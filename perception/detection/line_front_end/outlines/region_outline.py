@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import crossing
+from facetlog.perception.polygons import find_symmetric_difference, make_polygon
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
@@ -61,14 +62,14 @@ def outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
     `lines` (n, 2, 2) are what the sides may run on; all in cells. Where they lead away from the
     border, as chords of a curve do, the border itself is simplified.
     """
-    region = shapely.Polygon(ring).buffer(0)
+    region = make_polygon(ring)
     for corners in (_along_lines(ring, lines), _simplified(ring)):
         if corners is None or not 3 <= len(corners) <= MAX_SIDES:
             continue
         polygon = shapely.Polygon(corners)
         if not polygon.is_valid or _area(corners) <= 0:
             continue
-        off = polygon.symmetric_difference(region).area / region.length
+        off = find_symmetric_difference(polygon, region).area / region.length
         if off < MEAN_OFF_CELLS and polygon.hausdorff_distance(region) < MAX_OFF_CELLS:
             return corners
     return None

@@ -14,6 +14,7 @@ from facetlog.perception.detection.line_front_end.planes.parallel import (
     UPRIGHT_SINE,
 )
 from facetlog.perception.flat_faces import cross
+from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.types import FloatArray
 
 __all__ = ["BoardPlaces", "board_places"]
@@ -75,8 +76,8 @@ def _between_pairs(
         across = np.sign(apart) * across
         deep = cross(up, across)
         flat = np.stack([deep, up], axis=1)
-        drawn = [shapely.Polygon(face.corners @ flat).buffer(0) for face in (one, other)]
-        both = drawn[0].intersection(drawn[1])
+        drawn = [make_polygon(face.corners @ flat) for face in (one, other)]
+        both = find_intersection(*drawn)
         if both.area < OPPOSITE_SHARE * min(polygon.area for polygon in drawn):
             continue
         low, high, heights = _chords(both, pixel, least)
@@ -98,7 +99,7 @@ def _chords(region: shapely.Geometry, pixel: float, least: float) -> FloatArray:
     count = max(round((top - bottom) / pixel), 1)
     heights = bottom + (np.arange(count) + 0.5) * (top - bottom) / count
     lines = shapely.linestrings([[(left - pixel, h), (right + pixel, h)] for h in heights])
-    cut = shapely.bounds(shapely.intersection(region, lines))
+    cut = shapely.bounds(find_intersection(region, lines))
     chords = np.stack([cut[:, 0], cut[:, 2], heights])
     # Of no chord the bounds are NaN.
     return np.asarray(chords[:, chords[1] - chords[0] >= least])
