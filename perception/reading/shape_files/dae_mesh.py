@@ -103,9 +103,11 @@ class _Document:
         return (self.root.findtext("asset/up_axis") or "Y_UP").strip()
 
     @property
-    def unit_metres(self) -> float:
+    def unit_metres(self) -> float | None:
         unit = self.root.find("asset/unit")
-        words = "1" if unit is None else unit.get("meter", "1")
+        words = None if unit is None else unit.get("meter")
+        if words is None:
+            return None
         found = self._numbers(words, "the unit's meter")
         if len(found) != 1 or not 0.0 < found[0] < np.inf:
             raise InputError(f"{self.name}: has a unit of {words:.20} m; export it again")

@@ -124,5 +124,10 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
         raise InputError(f"{name}: cannot be read ({exc.strerror}); check the path") from exc
     except MemoryError as exc:
         raise InputError(f"{name}: does not fit into memory; reduce the mesh") from exc
+    except (ArithmeticError, LookupError, TypeError, ValueError) as exc:
+        raise InputError(
+            f"{name}: cannot be read as {kind.upper()} ({exc!r:.80}); it is damaged: export it "
+            "again"
+        ) from exc
     check_resolution(mesh.vertices, name)
     return mesh

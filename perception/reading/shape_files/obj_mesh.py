@@ -68,6 +68,8 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
         raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
     points = parse_rows(_without_comments(vertices), 3, vertex_lines, name, "vertex")
     corners, sizes = _parse_faces(_without_comments(faces), face_lines, name)
+    if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
+        raise InputError(f"{name}: ends within a face; it is truncated: export or copy it again")
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
     check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
     cut = triangulate(points, corners, sizes)

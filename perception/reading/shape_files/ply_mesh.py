@@ -36,6 +36,8 @@ TYPES = {
     "float64": "f8",
 }  # fmt: skip
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+# What may follow the last row of a binary one.
+FILL = b"\0 \t\r\n"
 # Names in use for the list of a face.
 CORNERS = ("vertex_indices", "vertex_index")
 
@@ -94,6 +96,12 @@ def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
     _check_rest(source, elements[-1], place, name)
     if points is None:
         raise InputError(f"{name}: has no vertices; export the mesh again")
+    if (sizes < 2).any():
+        row = int(np.flatnonzero(sizes < 2)[0])
+        raise InputError(
+            f"{name}: face {row} has {sizes[row]} corners; the counts do not fit or the file is "
+            "damaged: export it again"
+        )
     stripped = _strip_corners(strips)
     corners = np.concatenate((corners, stripped.ravel()))
     sizes = np.concatenate((sizes, np.full(len(stripped), 3)))
@@ -333,23 +341,12 @@ def _is_cut(source: _Text | _Bytes, element: _Element, row: int, name: str) -> I
 
 
 def _check_rest(source: _Text | _Bytes, element: _Element, place: int, name: str) -> None:
-    """Raise InputError where more rows of the last element follow than the header counts."""
-    rest = len(source) - place
-    if rest == 0:
+    """Raise InputError where more than blanks and zeros follows the last row."""
+    if place == len(source) or (isinstance(source, _Bytes) and not source.body[place:].strip(FILL)):
         return
-    if isinstance(source, _Bytes):
-        if not source.raw[place:].any():
-            return  # filled up with zeros
-        longest = _Element(element.name, 1, element.properties)
-        at = place
-        try:
-            while at < len(source):
-                at = _walk_rows(source, longest, at, name).end
-        except InputError:
-            return  # other data
     raise InputError(
         f"{name}: more follows than the {element.count} rows of {element.name} that its header "
-        "counts; the counts are too small, export it again"
+        "counts; the counts do not fit, export it again"
     )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.triangle_strips import fan_triangles
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Triangulation", "is_sound", "triangulate", "triangulate_rings"]
@@ -188,6 +189,8 @@ def _clip_ears(points: FloatArray, rings: Sequence[Indices]) -> tuple[Indices, b
     flat = (points[order] - outline.mean(axis=0)) @ axes[1:].T
     ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
     cut = mapbox_earcut.triangulate_float64(np.ascontiguousarray(flat), ends)
+    if not len(cut):
+        return fan_triangles(rings[0]), False  # without area
     triangles: Indices = order[cut.astype(np.int64).reshape(-1, 3)]
     a, b, c = (points[triangles[:, k]] for k in range(3))
     signed = 0.5 * cross(b - a, c - a) @ normal
