@@ -177,10 +177,11 @@ class _Document:
     def _numbers(self, text: str | None, what: str, kind: Any = np.float64) -> Any:
         found = parse_numbers((text or "").encode("utf-8", "replace"), kind)
         if found is None:
-            comma = " with decimal commas" if "," in (text or "") else ""
-            raise InputError(
-                f"{self.name}: {what} is no list of numbers{comma}; export the DAE again"
-            )
+            if "," in (text or ""):
+                raise InputError(
+                    f"{self.name}: {what} has decimal commas; export with decimal points"
+                )
+            raise InputError(f"{self.name}: {what} is no list of numbers; export the DAE again")
         return found
 
     def _geometry(self, geometry: ElementTree.Element) -> tuple[FloatArray, Indices]:

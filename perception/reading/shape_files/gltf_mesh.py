@@ -47,6 +47,8 @@ KNOWN = frozenset(
         "KHR_mesh_quantization",
         "KHR_node_visibility",
         "KHR_texture_basisu",
+        "KHR_technique_webgl",
+        "KHR_techniques_webgl",
         "KHR_texture_transform",
         "KHR_xmp_json_ld",
         "MSFT_texture_dds",
@@ -68,8 +70,16 @@ def read_gltf(path: Path, data: bytes, kind: str, limits: Limits) -> TriangleLis
         scene = _Scene(GltfData(document, path, binary, limits))
         scene.check_size()
         vertices, triangles = merge_parts(scene.iter_parts(), name, limits)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as exc:
-        raise InputError(f"{name}: is no sound glTF ({exc!r:.80}); export it again") from exc
+    except KeyError as exc:
+        raise InputError(
+            f"{name}: is no sound glTF (it lacks {exc!s:.40}); export it again"
+        ) from exc
+    except IndexError as exc:
+        raise InputError(
+            f"{name}: is no sound glTF (it refers to a part that is missing); export it again"
+        ) from exc
+    except (AttributeError, TypeError, ValueError) as exc:
+        raise InputError(f"{name}: is no sound glTF ({exc!s:.80}); export it again") from exc
     if not len(triangles):
         raise NoTrianglesError(f"{name}: shows no triangles; export the mesh with its scene")
     return TriangleList(vertices, triangles, UP, 1.0, scene.warnings)
@@ -77,8 +87,9 @@ def read_gltf(path: Path, data: bytes, kind: str, limits: Limits) -> TriangleLis
 
 def _check_asset(document: dict[str, Any], name: str) -> None:
     """Raise InputError where the document is of another version, or requires what is not read."""
-    version = str(document.get("asset", {}).get("version", "1.0"))
-    if version.split(".")[0] != "2":
+    asset = document.get("asset", {})
+    version = str(asset.get("minVersion", asset.get("version", "1.0")))
+    if version.split(".")[0] != "2" or ("minVersion" in asset and version != "2.0"):
         raise InputError(f"{name}: is glTF {version}, which is not read; convert it to glTF 2.0")
     for extension in map(str, document.get("extensionsRequired", ())):
         if extension in COMPRESSED:

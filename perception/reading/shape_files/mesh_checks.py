@@ -8,6 +8,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.polygons import triangulate
 from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
 from facetlog.perception.types import FloatArray
 
@@ -19,6 +20,7 @@ __all__ = [
     "check_file",
     "check_triangles",
     "claims_too_much",
+    "cut_polygons",
     "merge_parts",
 ]
 
@@ -54,6 +56,20 @@ class TriangleList:
     up: tuple[float, float, float] | None = None
     unit_metres: float | None = None
     warnings: tuple[str, ...] = ()
+
+
+def cut_polygons(
+    points: FloatArray, corners: Indices, sizes: Indices, name: str, limits: Limits
+) -> TriangleList:
+    """Return polygons as triangles.
+
+    Raises InputError where there are too many, or no polygon has three corners.
+    """
+    check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
+    cut = triangulate(points, corners, sizes)
+    if not len(cut.triangles):
+        raise InputError(f"{name}: no face has three corners; export the mesh again")
+    return TriangleList(points, cut.triangles, warnings=cut.warnings)
 
 
 def check_file(path: Path, limits: Limits = DEFAULT_LIMITS) -> str:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,10 +12,9 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
-    check_triangles,
+    cut_polygons,
 )
 from facetlog.perception.reading.shape_files.number_text import parse_numbers, parse_rows
-from facetlog.perception.reading.shape_files.polygons import triangulate
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_obj"]
@@ -71,12 +71,11 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
     if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
         raise InputError(f"{name}: ends within a face; it is truncated: export or copy it again")
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
-    check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
-    cut = triangulate(points, corners, sizes)
-    warnings = cut.warnings
-    if free_form:
-        warnings = (*warnings, "free-form surfaces are left out; export them as polygons")
-    return TriangleList(points, cut.triangles, warnings=warnings)
+    found = cut_polygons(points, corners, sizes, name, limits)
+    if not free_form:
+        return found
+    left_out = "free-form surfaces are left out; export them as polygons"
+    return replace(found, warnings=(*found.warnings, left_out))
 
 
 def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:

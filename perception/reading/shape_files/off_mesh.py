@@ -13,9 +13,9 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
     TriangleList,
     check_triangles,
     claims_too_much,
+    cut_polygons,
 )
 from facetlog.perception.reading.shape_files.number_text import parse_numbers, parse_rows
-from facetlog.perception.reading.shape_files.polygons import triangulate
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_off"]
@@ -63,7 +63,7 @@ def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
     points = parse_rows(
         [row for _, row in rows[:vertices]], 3, [at for at, _ in rows[:vertices]], name, "vertex"
     )
-    return _polygons(points, *_parse_faces(rows[vertices:], vertices, name), name, limits)
+    return cut_polygons(points, *_parse_faces(rows[vertices:], vertices, name), name, limits)
 
 
 def _parse_faces(
@@ -116,12 +116,4 @@ def _read_words(text: bytes, vertices: int, faces: int, name: str, limits: Limit
     corners = words[np.concatenate(places)]
     if ((corners < 0) | (corners >= vertices)).any():
         raise cut
-    return _polygons(points, corners, np.array(sizes), name, limits)
-
-
-def _polygons(
-    points: np.ndarray, corners: Indices, sizes: Indices, name: str, limits: Limits
-) -> TriangleList:
-    check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
-    cut = triangulate(points, corners, sizes)
-    return TriangleList(points, cut.triangles, warnings=cut.warnings)
+    return cut_polygons(points, corners, np.array(sizes), name, limits)

@@ -1,7 +1,8 @@
 """Meshes in PLY files: text or binary of either byte order, faces of any number of corners."""
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,9 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
     TriangleList,
     check_triangles,
     claims_too_much,
+    cut_polygons,
 )
 from facetlog.perception.reading.shape_files.number_text import parse_numbers
-from facetlog.perception.reading.shape_files.polygons import triangulate
 from facetlog.perception.reading.shape_files.text_decoding import (
     find_line_end,
     to_plain_bytes,
@@ -79,7 +80,46 @@ def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
     if not counts.get("face") and not counts.get("tristrips"):
         raise NoTrianglesError(f"{name}: has no faces; read it as a cloud, or export the faces too")
     check_triangles(counts.get("face", 0), name, limits)
-    source = _Text(body, name) if order == "" else _Bytes(body)
+    if order:
+        return _read_rows(_Bytes(body), elements, name, limits)
+    try:
+        return _read_rows(_Text(body, name), elements, name, limits)
+    except InputError:
+        trimmed = _trim_rows(body, elements)
+        if trimmed is None:
+            raise
+    found = _read_rows(_Text(trimmed, name), elements, name, limits)
+    longer = "rows have more words than its header says; those at their ends are left out"
+    return replace(found, warnings=(*found.warnings, longer))
+
+
+def _trim_rows(body: bytes, elements: Sequence[_Element]) -> bytes | None:
+    """The rows of a text, a line each, without words that the header does not have; None where no
+    row has any, or one is too short.
+    """
+    lines = [line.split() for line in to_plain_bytes(body).split(b"\n") if line.strip()]
+    if len(lines) != sum(element.count for element in elements):
+        return None
+    kept, words_of = list[bytes](), iter(lines)
+    for element in elements:
+        for words in itertools.islice(words_of, element.count):
+            at = 0
+            for field in element.properties:
+                if field.count_kind is None:
+                    at += 1
+                elif at < len(words) and words[at].isdigit():
+                    at += 1 + int(words[at])
+                else:
+                    return None
+            if at > len(words):
+                return None
+            kept += words[:at]
+    return b" ".join(kept) if len(kept) < sum(map(len, lines)) else None
+
+
+def _read_rows(
+    source: "_Text | _Bytes", elements: Sequence[_Element], name: str, limits: Limits
+) -> TriangleList:
     points, place = None, 0
     corners, sizes, strips = _NONE, _NONE, list[Indices]()
     for element in elements:
@@ -111,9 +151,7 @@ def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
             f"{name}: a face names vertex {corners[beyond[0]]}, its vertices are 0 to "
             f"{len(points) - 1}; the counts do not fit or the file is damaged: export it again"
         )
-    check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
-    cut = triangulate(points, corners, sizes)
-    return TriangleList(points, cut.triangles, warnings=cut.warnings)
+    return cut_polygons(points, corners, sizes, name, limits)
 
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)

@@ -12,9 +12,9 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
     TriangleList,
     check_triangles,
     claims_too_much,
+    cut_polygons,
 )
 from facetlog.perception.reading.shape_files.number_text import parse_rows
-from facetlog.perception.reading.shape_files.polygons import triangulate
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_stl"]
@@ -107,10 +107,8 @@ def _read_text(text: bytes, name: str, limits: Limits) -> TriangleList:
         rows, numbers, sizes = _find_facets(one_each, name)
     if not sizes:
         raise NoTrianglesError(f"{name}: has no facets; export the mesh again")
-    check_triangles(sum(sizes) - 2 * len(sizes), name, limits)
     points = parse_rows(rows, 3, numbers, name, "vertex")
-    cut = triangulate(points, np.arange(len(points)), np.array(sizes))
-    return TriangleList(points, cut.triangles, warnings=cut.warnings)
+    return cut_polygons(points, np.arange(len(points)), np.array(sizes), name, limits)
 
 
 def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[int]]:

@@ -137,3 +137,10 @@ def test_a_word_among_the_numbers_is_shown_with_its_line(tmp_path: Path) -> None
     content = ply("ascii").replace(b"\n3.0 0.0 0.0", b"\n3,0 0.0 0.0", 1)
     with pytest.raises(InputError, match="line 5 after the header: 3,0 0"):
         read(tmp_path, content)
+
+
+def test_rows_longer_than_the_header_says_are_read_by_their_lines(tmp_path: Path) -> None:
+    content = ply("ascii").replace(b" \n", b" 9 1 1 1\n")
+    mesh = read(tmp_path, content)
+    assert area(mesh) == pytest.approx(AREA)
+    assert "more words" in mesh.warnings[0]
