@@ -1,9 +1,7 @@
-"""Mesh files that the reader behind would read otherwise than they are meant, or not at all."""
+"""Mesh files in text: encodings, indices, comments, counts that do not fit."""
 
-import builtins
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -135,26 +133,154 @@ def test_bytes_after_the_last_triangle_of_a_binary_stl_do_not_matter(
 
 
 @pytest.mark.parametrize("faces", ["", "element face 1\nproperty list uchar int vertex_indices\n"])
-def test_strips_of_triangles_are_refused_by_their_name(tmp_path: Path, faces: str) -> None:
+def test_strips_of_triangles_are_read(tmp_path: Path, faces: str) -> None:
     header = (
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
         f"property float z\n{faces}element tristrips 1\n"
         "property list int int vertex_indices\nend_header\n"
     )
-    rows = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n" + ("3 0 1 2\n" if faces else "") + "4 0 1 2 3\n"
-    with pytest.raises(InputError, match=r"triangle strips \(tristrips\).*export the mesh"):
-        read_mesh(written(tmp_path, "strips.ply", (header + rows).encode()))
+    rows = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n"
+    rows += ("3 2 3 4\n" if faces else "") + "8 0 1 2 3 -1 3 5 4\n"
+    mesh = read_mesh(written(tmp_path, "strips.ply", (header + rows).encode()))
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    areas = 0.5 * np.cross(b - a, c - a)[:, 2]
+    assert areas.tolist() == [0.5] * (4 if faces else 3)
 
 
-def test_what_a_reader_would_import_is_no_word_for_a_user(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+L_CORNERS = ["0 0 0", "2 0 0", "2 1 0", "1 1 0", "1 2 0", "0 2 0"]
+
+
+def area(mesh: Mesh) -> float:
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def encoded(text: str, way: str) -> bytes:
+    match way:
+        case "mac":
+            return text.replace("\n", "\r").encode()
+        case "dos":
+            return text.replace("\n", "\r\n").encode()
+        case _:
+            return text.encode(way)
+
+
+def l_shape(kind: str) -> str:
+    match kind:
+        case "obj":
+            return "\n".join([*(f"v {c}" for c in L_CORNERS), "f 1 2 3 4 5 6", ""])
+        case "off":
+            return "\n".join(["OFF", "6 1 0", *L_CORNERS, "6 0 1 2 3 4 5", ""])
+        case _:
+            loop = [f"vertex {c}" for c in L_CORNERS]
+            lines = ["solid l", "facet normal 0 0 1", "outer loop", *loop, "endloop", "endfacet"]
+            return "\n".join([*lines, "endsolid l", ""])
+
+
+@pytest.mark.parametrize("kind", ["obj", "off", "stl"])
+@pytest.mark.parametrize("way", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "mac", "dos"])
+def test_encodings_and_line_ends_do_not_matter(tmp_path: Path, kind: str, way: str) -> None:
+    content = encoded(l_shape(kind), way)
+    mesh = read_mesh(written(tmp_path, f"l.{kind}", content))
+    assert area(mesh) == pytest.approx(3.0)
+    assert len(mesh.triangles) == 4
+    assert mesh.vertices.max() == 2.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "OFF6 1 0\n{}\n6 0 1 2 3 4 5\n",
+        "OFF 6 1 0\n{}\n6 0 1 2 3 4 5",
+        "6 1 0\n{}\n6 0 1 2 3 4 5\n",
+        "# of ours\nOFF # here\n\n6 1 # two\n{}\n\n6 0 1 2 3 4 5 # end\n# end\n",
+        "OFF\n6 1 0\n{}\n6 0 1 2 3 4 5 255 0 0\n",
+        "OFF\n6 1 0\n{}\n6  0 1 2 3 4 5  0.5 0.5 0.5 1\n",
+        "COFF\n6 1 0\n{} 255 0 0 255\n6 0 1 2 3 4 5\n",
+        "NOFF\n6 1 0\n{} 0 0 1\n6 0 1 2 3 4 5\n",
+        "STCNOFF\n6 1 0\n{} 0 0 1 1 0 0 1 0.5 0.5\n6 0 1 2 3 4 5\n",
+    ],
+)
+def test_variants_of_off(tmp_path: Path, text: str) -> None:
+    before, between = text.split("{}")
+    more, _, after = between.partition("\n")
+    content = before + "\n".join(corner + more for corner in L_CORNERS) + "\n" + after
+    assert area(read_mesh(written(tmp_path, "l.off", content.encode()))) == pytest.approx(3.0)
+
+
+def test_an_off_with_other_lines_than_rows(tmp_path: Path) -> None:
+    content = f"OFF\n6 2 0\n{'  '.join(L_CORNERS)} 4 0 1 2 3 4 0\n3 4 5".encode()
+    assert area(read_mesh(written(tmp_path, "l.off", content))) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("OFF\n6 1 0\n{}\n", "truncated"),
+        ("OFF\n6 1 0\n{}\n6 0 1 2 3", "line 9: .* is no face"),
+        ("OFF\n5 1 0\n{}\n6 0 1 2 3 4 5\n", "line 9: 1 more rows"),
+        ("OFF\n6 1 0\n{}\n3 0 1 2\n3 0 2 3\n", "line 10: 1 more rows .* too small"),
+        ("OFF\n6 1 0\n{}\n6 0 1 2 3 4 6\n", "line 9: .* beyond 0 to 5"),
+        ("4OFF\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "four or more dimensions"),
+        ("OFF BINARY\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "binary OFF"),
+        ("COFFEE\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "no OFF header"),
+    ],
+)
+def test_an_off_that_does_not_fit_its_counts(tmp_path: Path, text: str, said: str) -> None:
+    content = text.format("\n".join(L_CORNERS)).encode()
+    with pytest.raises(InputError, match=said):
+        read_mesh(written(tmp_path, "l.off", content))
+
+
+def test_trailing_comments_and_colours_of_an_obj(tmp_path: Path) -> None:
+    lines = [f"v {c} 1.0 0.5 0.5 # {k}" if k % 2 else f"v {c}# no" for k, c in enumerate(L_CORNERS)]
+    content = "\n".join([*lines, "f 1/1/1 2//2 3 4 \\ \n 5 6 # all", "# 7 8"])
+    assert area(read_mesh(written(tmp_path, "l.obj", content.encode()))) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("v 0,5 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3", "line 1: 0,5 0 0: has decimal commas"),
+        ("v 0 0 0\nv 1, 0, 0\nv 1 1 0\nf 1 2 3", "line 2: .* commas between numbers"),
+        ("v 0 0 0\nv 1 0\nv 1 1 0\nf 1 2 3", "line 2: 1 0: is no vertex"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 4", "line 4: vertex 4: there are 3"),
+        ("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 3 2", "ends within a face; it is truncated"),
+        ("v 0 0 0\ncurv 0 1 1 2\n", "free-form surfaces"),
+        ("a letter\n", "neither vertices nor faces"),
+    ],
+)
+def test_an_obj_that_is_none_is_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_mesh(written(tmp_path, "bad.obj", text.encode()))
+
+
+@pytest.mark.parametrize("solids", [1, 3])
+def test_a_text_stl_cut_anywhere_in_its_last_solid_is_truncated(
+    tmp_path: Path, solids: int
 ) -> None:
-    path = written(tmp_path, "block.obj", block().export(file_type="obj").encode())
+    text = "\n".join([l_shape("stl").strip()] * solids)
+    start = text.rfind("solid l\nfacet") + len("solid l\nfa")
+    assert area(read_mesh(written(tmp_path, "l.stl", text.encode()))) == pytest.approx(3 * solids)
+    for end in range(start, text.rfind("endsolid") + len("endsoli")):
+        with pytest.raises(InputError, match="truncated"):
+            read_mesh(written(tmp_path, "cut.stl", text[:end].encode()))
 
-    def missing(*_: Any, **__: Any) -> None:
-        builtins.__import__("a_package_that_nobody_has")
 
-    monkeypatch.setattr("facetlog.perception.reading.shape_files.mesh_files._load_scene", missing)
-    with pytest.raises(InputError, match="in a form that cannot be read here; export") as refused:
-        read_mesh(path)
-    assert "a_package_that_nobody_has" not in str(refused.value)
+def test_a_text_stl_may_have_any_case_and_lines(tmp_path: Path) -> None:
+    for text in (
+        l_shape("stl").upper(),
+        l_shape("stl").replace("\n", " ").replace("solid l ", "solid l\n", 1),
+        l_shape("stl").replace("\n", "\n\n\t"),
+        l_shape("stl") + "comments after data\n",
+    ):
+        mesh = read_mesh(written(tmp_path, "l.stl", text.encode()))
+        assert area(mesh) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("count", [0, 11, 13])
+def test_a_binary_stl_with_another_count_is_refused(tmp_path: Path, count: int) -> None:
+    content = bytes(stl.export_stl(block()))
+    content = content[:80] + count.to_bytes(4, "little") + content[84:]
+    with pytest.raises(InputError, match=r"counts (0|11) triangles|claims 13"):
+        read_mesh(written(tmp_path, "block.stl", content))

@@ -1,0 +1,151 @@
+"""OBJ files: vertices and faces of any number of corners, by absolute or relative indices."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.mesh_checks import (
+    Limits,
+    NoTrianglesError,
+    TriangleList,
+    cut_polygons,
+)
+from facetlog.perception.reading.shape_files.number_text import parse_numbers, parse_rows
+from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
+
+__all__ = ["read_obj"]
+
+COMMENT = re.compile(rb"#[^\n]*")
+# Corners are v, v/vt, v//vn or v/vt/vn.
+OTHER_INDICES = re.compile(rb"/[-+\d/]*")
+FREE_FORM = (b"curv", b"curv2", b"surf")
+
+
+def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
+    """Return the triangles of an OBJ.
+
+    Raises InputError with the line of a vertex or face that is none.
+    """
+    text = to_plain_bytes(data)
+    if b"\0" in text:
+        raise InputError(f"{name}: is no text, so no OBJ; export the mesh again")
+    vertices, faces = list[bytes](), list[bytes]()
+    vertex_lines, face_lines, before = list[int](), list[int](), list[int]()
+    free_form = False
+    for number, line in _logical_lines(text):
+        match line[:2]:
+            case b"v ":
+                vertices.append(line[2:])
+                vertex_lines.append(number)
+                continue
+            case b"f ":
+                faces.append(line[2:])
+                face_lines.append(number)
+                before.append(len(vertices))
+                continue
+            case b"vn" | b"vt" | b"# " | b"" | b"l " | b"g " | b"s " | b"o " | b"us":
+                continue
+        words = line.split(None, 1)
+        match words[:1]:
+            case [b"v"]:
+                vertices.append(words[1] if len(words) > 1 else b"")
+                vertex_lines.append(number)
+            case [b"f" | b"fo"]:  # fo: of the first versions
+                faces.append(words[1] if len(words) > 1 else b"")
+                face_lines.append(number)
+                before.append(len(vertices))
+            case [word]:
+                free_form |= word in FREE_FORM
+    if not faces and free_form:
+        raise InputError(f"{name}: has free-form surfaces only; export it as polygons")
+    if not faces and not vertices:
+        raise InputError(f"{name}: has neither vertices nor faces, so it is no OBJ with a surface")
+    if not faces:
+        raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
+    points = parse_rows(_without_comments(vertices), 3, vertex_lines, name, "vertex")
+    corners, sizes = _parse_faces(_without_comments(faces), face_lines, name)
+    if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
+        raise InputError(f"{name}: ends within a face; it is truncated: export or copy it again")
+    corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
+    found = cut_polygons(points, corners, sizes, name, limits)
+    if not free_form:
+        return found
+    left_out = "free-form surfaces are left out; export them as polygons"
+    return replace(found, warnings=(*found.warnings, left_out))
+
+
+def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:
+    r"""Lines by the number of their first, those that end in \ with the next; comments never do."""
+    if b"\\" not in text:
+        yield from enumerate(text.split(b"\n"), 1)
+        return
+    start, held = 0, b""
+    for number, line in enumerate(text.split(b"\n"), 1):
+        start = start if held else number
+        whole = held + line
+        if line.rstrip().endswith(b"\\") and not whole.lstrip().startswith(b"#"):
+            held = whole.rstrip()[:-1] + b" "
+            continue
+        held = b""
+        yield start, whole
+    if held:
+        yield start, held
+
+
+def _without_comments(rows: Sequence[bytes]) -> Sequence[bytes]:
+    text = b"\n".join(rows)
+    if b"#" not in text:
+        return rows
+    # numbers that are none have this character, too, on Windows (1.#IND)
+    return re.sub(rb"(?<!1\.)#[^\n]*", b"", text).split(b"\n")
+
+
+def _parse_faces(rows: Sequence[bytes], lines: Sequence[int], name: str) -> tuple[Indices, Indices]:
+    """The vertices of all corners as they are written, and how many corners each face has."""
+    text = b"\n".join(rows)
+    if b"/" in text:
+        text = OTHER_INDICES.sub(b"", text)
+        rows = text.split(b"\n")
+    sizes = np.fromiter((len(row.split()) for row in rows), dtype=np.int64, count=len(rows))
+    corners = parse_numbers(text, np.int64)
+    if corners is None or len(corners) != sizes.sum():
+        for number, row in zip(lines, rows, strict=True):
+            found = parse_numbers(row, np.int64)
+            if found is None or len(found) != len(row.split()):
+                shown = row.decode("utf-8", "replace").strip()
+                raise InputError(
+                    f"{name}: line {number}: f {shown:.40}: is no face; export the mesh again"
+                )
+        raise InputError(f"{name}: has faces that are none; export the mesh again")
+    return np.asarray(corners, dtype=np.int64), sizes
+
+
+def _to_absolute(
+    corners: Indices,
+    sizes: Indices,
+    before: Sequence[int],
+    lines: Sequence[int],
+    count: int,
+    name: str,
+) -> Indices:
+    """Corners from 0, of those from 1, or counted back from the `before` vertices so far."""
+    so_far = np.repeat(np.asarray(before, dtype=np.int64), sizes)
+    found = np.where(corners > 0, corners - 1, so_far + corners)
+    wrong = np.flatnonzero((corners == 0) | (found < 0) | (found >= count))
+    if not len(wrong):
+        return found
+    at = int(wrong[0])
+    value = int(corners[at])
+    line = lines[int(np.searchsorted(np.cumsum(sizes), at, side="right"))]
+    place = f"{name}: line {line}: vertex {value}"
+    if value == 0:
+        raise InputError(f"{place}: indices of an OBJ begin at 1; export the mesh again")
+    if value < 0:
+        raise InputError(f"{place}: there are {so_far[at]} before it; export the mesh again")
+    raise InputError(
+        f"{place}: there are {count}; the file is cut or inconsistent, export it again"
+    )
