@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model, read_colmap
 from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
@@ -86,8 +84,13 @@ def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
 def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
     with path.open("rb") as file:
         table, viewpoint = read_pcd_points(file, path.name, limits.points)
-    seen_from = None if viewpoint is None else np.tile(viewpoint, (len(table.points), 1))
-    return Cloud.of(table.points, normals=table.normals, name=path.name, seen_from=seen_from)
+    return Cloud.of(
+        table.points,
+        normals=table.normals,
+        name=path.name,
+        sensor_places=viewpoint.places,
+        world_axes=viewpoint.world_axes,
+    )
 
 
 def _read_las(path: Path, limits: CloudLimits) -> Cloud:
