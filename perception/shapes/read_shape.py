@@ -61,6 +61,7 @@ def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
             points=cloud.points * unit,
             seen_from=None if cloud.seen_from is None else cloud.seen_from * unit,
             errors=None if cloud.errors is None else cloud.errors * unit,
+            sensor_places=None if cloud.sensor_places is None else cloud.sensor_places * unit,
         )
     return scene_of_cloud(cloud, up=options.up, metric=options.unit is not None)
 

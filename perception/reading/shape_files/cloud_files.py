@@ -4,14 +4,15 @@ Headers are not trusted: their counts are compared with the file's size before a
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model, read_colmap
-from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
+from facetlog.perception.reading.shape_files.coordinate_resolution import (
+    check_degrees,
+    check_resolution,
+)
 from facetlog.perception.reading.shape_files.las_points import las_points
 from facetlog.perception.reading.shape_files.pcd_points import read_pcd_points
 from facetlog.perception.reading.shape_files.ply_points import read_ply_points
@@ -74,6 +75,7 @@ def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
     except OSError as exc:
         raise InputError(f"{path.name}: cannot be read ({exc.strerror}); check the path") from exc
     check_resolution(cloud.points, path.name)
+    check_degrees(cloud.points, path.name)
     return cloud
 
 
@@ -86,8 +88,13 @@ def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
 def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
     with path.open("rb") as file:
         table, viewpoint = read_pcd_points(file, path.name, limits.points)
-    seen_from = None if viewpoint is None else np.tile(viewpoint, (len(table.points), 1))
-    return Cloud.of(table.points, normals=table.normals, name=path.name, seen_from=seen_from)
+    return Cloud.of(
+        table.points,
+        normals=table.normals,
+        name=path.name,
+        sensor_places=viewpoint.places,
+        world_axes=viewpoint.world_axes,
+    )
 
 
 def _read_las(path: Path, limits: CloudLimits) -> Cloud:
@@ -96,7 +103,8 @@ def _read_las(path: Path, limits: CloudLimits) -> Cloud:
 
 def _read_text(path: Path, limits: CloudLimits) -> Cloud:
     table = points_from_text(path.name, path.read_bytes(), limits.points)
-    return Cloud.of(table.points, normals=table.normals, name=path.name)
+    cloud = Cloud.of(table.points, normals=table.normals, name=path.name)
+    return replace(cloud, warnings=(*table.warnings, *cloud.warnings))
 
 
 _READERS: dict[str, Callable[[Path, CloudLimits], Cloud]] = {

@@ -1,10 +1,13 @@
 """Points of a PCD file (Point Cloud Library, version 0.7): text, binary, and compressed binary."""
 
+import io
+import re
 import struct
 from dataclasses import dataclass
 from typing import BinaryIO
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.point_table import (
@@ -13,19 +16,37 @@ from facetlog.perception.reading.shape_files.point_table import (
     rows_from_binary,
     rows_from_text,
 )
+from facetlog.perception.reading.shape_files.range_image import find_camera_centre
+from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes, without_bom
 from facetlog.perception.types import FloatArray
 
-__all__ = ["decompress_lzf", "read_pcd_points"]
+__all__ = ["Viewpoint", "decompress_lzf", "read_pcd_points"]
 
 HEADER_BYTES = 1 << 14
+# The header's last line, in any case, with its line end: binary data begins right after it.
+DATA_LINE = re.compile(rb"(?:^|[\r\n])[ \t]*DATA[ \t]+\w+[^\r\n]*(?:\r\n|\r|\n)", re.IGNORECASE)
 # LZF makes at most 264 bytes of 3.
 MOST_EXPANSION = 88
 TYPES = {("F", 4): "<f4", ("F", 8): "<f8"} | {
     (kind, size): f"<{kind.lower()}{size}" for kind in "IU" for size in (1, 2, 4, 8)
 }
-# VIEWPOINT of a file without one: the origin, not rotated. Where the points are a picture's, row by
-# row, they stand as the sensor measured them, so that the origin is its place.
+# VIEWPOINT has a translation and a quaternion w x y z; files without one have this.
 NO_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+# Quaternions of less length are no rotation; others are brought to the length 1.
+LEAST_QUATERNION = 1e-3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Viewpoint:
+    """Where the points of a file may have been seen from, in the frame of the points.
+
+    `places` (k, 3), the likeliest first, or None: a format that leaves open whether points are in
+    the world's frame or in the sensor's allows the translation of the pose and the origin.
+    `world_axes` (3, 3) turns the sensor's frame into the world's, None without a rotation.
+    """
+
+    places: FloatArray | None = None
+    world_axes: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +55,7 @@ class _Header:
     types: tuple[str, ...]
     repeats: tuple[int, ...]
     count: int
-    rows: int
+    shape: tuple[int, int]
     data: str
     viewpoint: tuple[float, ...]
 
@@ -47,60 +68,97 @@ class _Header:
         )  # fmt: skip
 
 
-def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, FloatArray | None]:
-    """The points of a PCD, and the sensor's place (3,), None where the file does not have it."""
-    head = file.read(HEADER_BYTES)
-    start = head.find(b"\nDATA")
-    end = head.find(b"\n", start + 1)
-    if start < 0 or end < 0:
-        raise InputError(f"{name}: has no PCD header; export the cloud again")
-    header = _header(head[:end].decode("ascii", "replace"), name)
+def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, Viewpoint]:
+    """Return the points of a PCD, and from where they may have been seen."""
+    head = without_bom(file.read(HEADER_BYTES))
+    text = to_plain_bytes(head)
+    if DATA_LINE.search(head) is None and DATA_LINE.search(text) is not None:
+        # UTF-16: of a text as a whole
+        file.seek(0)
+        file = io.BytesIO(to_plain_bytes(file.read()))
+        head = file.read(HEADER_BYTES)
+    found = DATA_LINE.search(head)
+    if found is None:
+        raise InputError(
+            f"{name}: is no PCD: no line DATA in its first {HEADER_BYTES} bytes; "
+            "export the cloud again"
+        )
+    header = _header(to_plain_bytes(head[: found.end()]).decode(), name)
     if header.count > most:
         raise InputError(f"{name}: has {header.count} points, more than {most}; thin the cloud")
-    file.seek(end + 1)
-    body = file.read()
-    viewpoint = np.array(header.viewpoint[:3])
-    known = (header.viewpoint != NO_VIEWPOINT or header.rows > 1) and len(viewpoint) == 3
-    where = viewpoint if known and bool(np.isfinite(viewpoint).all()) else None
+    body = head[found.end() :] + file.read()
     match header.data:
         case "ascii":
-            text = rows_from_text(name, body, sum(header.repeats), header.count)
+            rows = rows_from_text(name, to_plain_bytes(body), sum(header.repeats), header.count)
             fields = tuple(
                 field if n == 1 else f"{field}_{k}"
                 for field, n in zip(header.fields, header.repeats, strict=True)
                 for k in range(n)
             )
-            return columns_of(name, fields, text), where
+            table = columns_of(name, fields, rows)
         case "binary":
             packed = rows_from_binary(name, body, header.row, header.count)
+            table = columns_of(name, header.fields, packed)
         case "binary_compressed":
-            packed = _unpacked(body, header, name)
+            table = columns_of(name, header.fields, _unpacked(body, header, name))
         case _:
             raise InputError(f"{name}: has DATA {header.data[:30]}, which is no kind of PCD")
-    return columns_of(name, header.fields, packed), where
+    return table, _viewpoint(header, table.points)
+
+
+def _viewpoint(header: _Header, points: FloatArray) -> Viewpoint:
+    """Return the places that the header and the order of the points allow for the sensor."""
+    places: list[FloatArray] = []
+    axes = None
+    height, width = header.shape
+    is_picture = height > 1 and height * width == len(points)
+    if is_picture:
+        centre = find_camera_centre(points.reshape(height, width, 3))
+        if centre is not None:
+            places.append(centre)
+    stated = len(header.viewpoint) == len(NO_VIEWPOINT) and header.viewpoint != NO_VIEWPOINT
+    place, quaternion = np.array(header.viewpoint[:3]), np.array(header.viewpoint[3:])
+    if stated and np.isfinite(place).all() and place.any():
+        places.append(place)
+    if stated and LEAST_QUATERNION < np.linalg.norm(quaternion) < np.inf:
+        rotation = Rotation.from_quat(quaternion, scalar_first=True)
+        axes = rotation.as_matrix() if rotation.magnitude() > 0.0 else None
+    if is_picture or places or axes is not None:
+        places.append(np.zeros(3))
+    return Viewpoint(np.array(places) if places else None, axes)
 
 
 def _header(text: str, name: str) -> _Header:
-    lines = (line.split() for line in text.splitlines() if not line.startswith("#"))
+    lines = (line.partition("#")[0].split() for line in text.splitlines())
     entries = {words[0].upper(): words[1:] for words in lines if words}
+    if "FIELDS" not in entries and "COLUMNS" in entries:
+        entries["FIELDS"] = entries["COLUMNS"]  # version .5
     try:
         fields = tuple(entries["FIELDS"])
         sizes = [int(size) for size in entries["SIZE"]]
-        types = tuple(TYPES[pair] for pair in zip(entries["TYPE"], sizes, strict=True))
+        kinds = [kind.upper() for kind in entries["TYPE"]]
+        types = tuple(TYPES[pair] for pair in zip(kinds, sizes, strict=True))
         repeats = tuple(int(n) for n in entries.get("COUNT", ["1"] * len(fields)))
-        if "POINTS" in entries:
-            count = int(entries["POINTS"][0])
-        else:
-            count = int(entries["WIDTH"][0]) * int(entries["HEIGHT"][0])
-        rows = int(entries.get("HEIGHT", ["1"])[0])
-        viewpoint = tuple(float(x) for x in entries.get("VIEWPOINT", NO_VIEWPOINT))
+        shape = (int(entries.get("HEIGHT", ["1"])[0]), int(entries.get("WIDTH", ["0"])[0]))
+        count = int(entries["POINTS"][0]) if "POINTS" in entries else shape[0] * shape[1]
         data = entries["DATA"][0].lower()
-    except (IndexError, KeyError, ValueError) as exc:
-        raise InputError(f"{name}: has a damaged PCD header; export the cloud again") from exc
+    except KeyError as exc:
+        what = exc.args[0]
+        said = f"no line {what}" if isinstance(what, str) else f"a field of TYPE and SIZE {what}"
+        raise InputError(f"{name}: its PCD header has {said}; export the cloud again") from exc
+    except (IndexError, ValueError) as exc:
+        raise InputError(f"{name}: has a damaged PCD header ({exc}); export it again") from exc
     sound = len(fields) == len(types) == len(repeats) and min(repeats, default=0) > 0 <= count
     if not sound or sum(repeats) > HEADER_BYTES:
-        raise InputError(f"{name}: has a damaged PCD header; export the cloud again")
-    return _Header(fields, types, repeats, count, rows, data, viewpoint)
+        raise InputError(
+            f"{name}: its PCD header has {len(fields)} FIELDS, {len(types)} TYPEs and "
+            f"{len(repeats)} COUNTs, for {count} points; export the cloud again"
+        )
+    try:
+        viewpoint = tuple(float(x) for x in entries.get("VIEWPOINT", NO_VIEWPOINT))
+    except ValueError:
+        viewpoint = ()
+    return _Header(fields, types, repeats, count, shape, data, viewpoint)
 
 
 def _unpacked(

@@ -24,6 +24,10 @@ class Cloud:
     from which each point was seen, rows of NaN where that is not known, or None; `camera_ups`
     (m, 3), unit vectors upwards in the cameras' pictures; `errors` (n,), the standard deviation of
     each point in the unit of length. `warnings` say what was left out.
+
+    Without `seen_from`, `sensor_places` (k, 3) are those of which one, or none, may be where all
+    points were seen from, the likeliest first; `world_axes` (3, 3) turns the sensor's frame into
+    the world's, for a file that does not say in which of the two its points are.
     """
 
     points: FloatArray
@@ -33,6 +37,8 @@ class Cloud:
     camera_ups: FloatArray | None = None
     errors: FloatArray | None = None
     warnings: tuple[str, ...] = ()
+    sensor_places: FloatArray | None = None
+    world_axes: FloatArray | None = None
 
     @classmethod
     def of(
@@ -44,6 +50,8 @@ class Cloud:
         seen_from: ArrayLike | None = None,
         camera_ups: ArrayLike | None = None,
         errors: ArrayLike | None = None,
+        sensor_places: ArrayLike | None = None,
+        world_axes: ArrayLike | None = None,
     ) -> "Cloud":
         """A cloud of any arrays: points that are not finite, or there already, are dropped.
 
@@ -69,15 +77,20 @@ class Cloud:
             None if given is None else np.array(given, dtype=np.float64)[rows]
             for given in (normals, seen_from, errors)
         ]
-        ups = None if camera_ups is None else np.array(camera_ups, dtype=np.float64).reshape(-1, 3)
+        ups, places, axes = (
+            None if given is None else _settled(np.array(given, dtype=np.float64).reshape(-1, 3))
+            for given in (camera_ups, sensor_places, world_axes)
+        )
         return cls(
             _settled(every[rows]),
             _unit_rows(extra[0]),
             name,
             None if extra[1] is None else _settled(extra[1]),
-            None if ups is None else _settled(ups),
+            ups,
             None if extra[2] is None else _settled(extra[2]),
             tuple(said),
+            places,
+            axes,
         )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
+__all__ = ["NORMALS", "PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
 
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2
@@ -20,10 +20,11 @@ NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointTable:
-    """Points (n, 3), and normals (n, 3) or None."""
+    """Points (n, 3), and normals (n, 3) or None; `warnings` say what had to be assumed."""
 
     points: FloatArray
     normals: FloatArray | None
+    warnings: tuple[str, ...] = ()
 
 
 def rows_from_binary(name: str, data: bytes, dtype: np.dtype[Any], count: int) -> NDArray[Any]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.all_sides import covers_all_sides
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
@@ -15,7 +16,13 @@ from facetlog.perception.shapes.clouds.cloud_planes import (
     cloud_planes,
     least_squares_plane,
 )
-from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_side
+from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_sides
+from facetlog.perception.shapes.clouds.lines_of_sight import (
+    SightTest,
+    View,
+    find_sheets,
+    find_view,
+)
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces
 from facetlog.perception.shapes.clouds.sensor_within import things_round_a_sensor
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
@@ -46,13 +53,17 @@ SENSOR_WITHIN = (
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CloudRegions:
-    """Flat regions and the rest of a cloud; up (3,) if it is known; whether it goes all round."""
+    """Flat regions and the rest of a cloud; up (3,) if it is known; whether it goes all round.
+
+    `seen_from` (n, 3) as of the cloud, as far as its lines of sight agree with it.
+    """
 
     regions: tuple[FlatRegion, ...]
     rest: Rest
     up: FloatArray | None
     whole: bool
     warnings: tuple[str, ...]
+    seen_from: FloatArray | None
 
 
 def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions:
@@ -65,6 +76,9 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     looked = _some_rows(len(cloud.points))
     stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     spacing = float(np.median(found.spacing)) * stretch
+    planes = [found.planes[outline.region].plane for outline in outlines]
+    if up is not None and cloud.world_axes is not None:
+        up = _up_of_points(up, cloud, outlines, planes)
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
     floor = () if level is None or level.floor is None else (level.floor,)
     bodies = np.full(len(cloud.points), -1)
@@ -80,11 +94,19 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         found.noise,
         spacing,
         None if cloud.normals is None else cloud.normals[looked],
-        None if cloud.seen_from is None else cloud.seen_from[looked],
     )
     direction = None if level is None else level.direction
+    view = _view(cloud, found, outlines, planes, level, looked, bodies)
+    if view.seen_from is not None:
+        about = replace(about, seen_from=view.seen_from[looked], partly=view.partly)
     about, round_sensor = _seen_from_outside(about, direction)
-    regions = _regions(outlines, found, about, body_of, floor, direction)
+    sides = outer_sides(
+        planes, body_of, about, floor=None if level is None else level.floor, up=direction
+    )
+    if sides.is_place_wrong and view.seen_from is not None:
+        known = np.isfinite(view.seen_from).all(axis=1)
+        view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
+    regions = _regions(outlines, planes, sides.signs.tolist(), body_of)
     whole = not floor and not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
@@ -93,8 +115,61 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
-    warnings = (*cloud.warnings, *said, *((SENSOR_WITHIN,) if round_sensor else ()))
-    return CloudRegions(regions, rest, direction, whole, warnings)
+    said = (*said, *((SENSOR_WITHIN,) if round_sensor else _refusals(view)))
+    return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said), view.seen_from)
+
+
+def _view(
+    cloud: Cloud,
+    found: CloudPlanes,
+    outlines: tuple[Outline, ...],
+    planes: list[Plane],
+    level: Up | None,
+    looked: NDArray[np.intp],
+    bodies: NDArray[np.intp],
+) -> View:
+    """Return from where the cloud was seen, as its faces allow."""
+    if cloud.seen_from is None and cloud.sensor_places is None:
+        return View(None)
+    spacing = float(np.median(found.spacing))
+    sheets = find_sheets(
+        outlines, planes, count=len(cloud.points), noise=found.noise, spacing=spacing
+    )
+    test = SightTest(sheets, found.noise, spacing, level)
+    return find_view(cloud, looked, bodies[looked], test)
+
+
+def _refusals(view: View) -> tuple[str, ...]:
+    """Return a warning of places that were given and are not believed."""
+    if not view.refused:
+        return ()
+    places = " or ".join("({:g}, {:g}, {:g})".format(*place) for place in view.refused[:3])
+    return (
+        f"points were not seen from {places}: lines of sight from there go through faces, so it is "
+        "unknown from where; give --sensor X,Y,Z if you know it",
+    )
+
+
+def _up_of_points(
+    up: FloatArray, cloud: Cloud, outlines: tuple[Outline, ...], planes: list[Plane]
+) -> FloatArray:
+    """Return the up that was given in the frame of the points, of a file with a sensor's pose.
+
+    It is meant in the world's frame and the points are in the sensor's if more of the surface is
+    level then, and below the sensor.
+    """
+    places = np.zeros((1, 3)) if cloud.sensor_places is None else cloud.sensor_places
+    turned = up if cloud.world_axes is None else up @ cloud.world_axes
+
+    def count_level(way: FloatArray) -> int:
+        level = 0
+        for outline, plane in zip(outlines, planes, strict=True):
+            rise = float(plane.normal @ way)
+            if abs(rise) >= LEVEL_ENOUGH and (np.sign(rise) * plane.distance(places) > 0.0).any():
+                level += len(outline.members)
+        return level
+
+    return turned if count_level(turned) > count_level(up) else up
 
 
 def _seen_from_outside(about: Surroundings, up: FloatArray | None) -> tuple[Surroundings, bool]:
@@ -160,28 +235,15 @@ def _up(
 
 
 def _regions(
-    outlines: tuple[Outline, ...],
-    found: CloudPlanes,
-    about: Surroundings,
-    body_of: list[int],
-    floor: tuple[int, ...],
-    up: FloatArray | None,
+    outlines: tuple[Outline, ...], planes: list[Plane], signs: list[int], body_of: list[int]
 ) -> tuple[FlatRegion, ...]:
-    """The outlines as regions that look outwards."""
+    """Return the outlines as regions that look outwards, by the sign of each."""
     regions = []
-    for number, outline in enumerate(outlines):
-        plane = found.planes[outline.region].plane
-        members = np.flatnonzero(about.owner == number)
-        if number in floor and up is not None:
-            sign = 1 if float(plane.normal @ up) > 0.0 else -1
-        elif len(members):
-            sign = outer_side(number, members, plane, about, up=up)
-        else:
-            sign = 1
+    for outline, plane, sign, body in zip(outlines, planes, signs, body_of, strict=True):
         loops = (outline.outline, *outline.holes)
         if sign < 0:
             plane, loops = plane.flipped(), tuple(loop[::-1] for loop in loops)
-        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body_of[number]))
+        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body))
     return tuple(regions)
 
 

@@ -39,4 +39,4 @@ def scene_of_cloud(
         whole=found.whole if whole is None else whole,
         warnings=found.warnings,
     )
-    return replace(scene, sights=scan_sights(cloud))
+    return replace(scene, sights=scan_sights(replace(cloud, seen_from=found.seen_from)))

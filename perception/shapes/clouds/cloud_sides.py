@@ -1,15 +1,18 @@
 """Which side of a cloud's faces is outside."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Plane
+from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Surroundings", "outer_side"]
+__all__ = ["OuterSides", "Surroundings", "outer_sides"]
 
 # Points further from a plane than this many sd are not on it.
 OFF_PLANE_SDS = 4.0
@@ -19,8 +22,18 @@ CELL_SPACINGS = 2.5
 CLEARLY_FREE = 1.5
 # Given normals, or the places a face was seen from, decide where they agree by so much (-1 … 1).
 AGREEMENT = 0.3
+# A face was seen from a place if this share of its points was, and is not hidden from there.
+SEEN_SHARE = 0.5
+# Seen from its edge, to within so many spacings and the noise, either side may have been seen.
+EDGE_ON_SPACINGS = 2.0
 # Of the thing's other points this share is behind a face at least; otherwise both sides are alike.
 BEHIND_SHARE = 0.6
+
+
+# Normals, or places that not all of a thing was seen from, decide for a thing if they agree with
+# free space on this share of its faces, and of the points on these. Normals of furniture sampled
+# all over agree on .9 or more; those that all look up, or to a sensor, on half.
+BELIEVED_SHARE = 0.75
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,7 +41,8 @@ class Surroundings:
     """A cloud's points (n, 3), the region and object of each, noise and spacing.
 
     `normals` (n, 3) as the file gives them and `seen_from` (n, 3), a place from which each point
-    was seen; None where the file does not have them.
+    was seen; None where the file does not have them. Of the objects `partly` other places saw
+    some.
     """
 
     points: FloatArray
@@ -38,54 +52,167 @@ class Surroundings:
     spacing: float
     normals: FloatArray | None = None
     seen_from: FloatArray | None = None
+    partly: tuple[int, ...] = ()
 
 
-def outer_side(
+@dataclass(frozen=True, eq=False, slots=True)
+class OuterSides:
+    """Signs (m,) of planes, 1 if they look outwards and -1 if inwards.
+
+    `is_place_wrong` says that the places it was seen from contradict free space, and were ignored.
+    """
+
+    signs: NDArray[np.intp]
+    is_place_wrong: bool
+
+
+def outer_sides(
+    planes: Sequence[Plane],
+    body_of: Sequence[int],
+    about: Surroundings,
+    *,
+    floor: int | None = None,
+    up: FloatArray | None = None,
+) -> OuterSides:
+    """Return which planes look outwards.
+
+    `planes` are those of the regions that `about.owner` numbers, `body_of` their objects. By the
+    first criterion that decides: where it was seen from; the normals of the file; the side from
+    which rays go further before they meet other surface; the side with less of the same object;
+    up; away from the middle. Of the `floor` it is up.
+    """
+    members = [np.flatnonzero(about.owner == number) for number in range(len(planes))]
+    free = np.zeros(len(planes), dtype=np.intp)
+    seen, by_normals = free.copy(), free.copy()
+    floor_sign = 0
+    for number, (plane, rows) in enumerate(zip(planes, members, strict=True)):
+        if not len(rows):
+            continue
+        seen[number] = _seen_side(rows, plane, about)
+        by_normals[number] = _side_of_normals(rows, plane, about)
+        if number == floor and up is not None:
+            floor_sign = 1 if float(plane.normal @ up) > 0.0 else -1
+        else:
+            free[number] = _freer_side(number, rows, plane, about)
+    weights = np.array([len(rows) for rows in members])
+    is_place_wrong = False
+    for body in set(body_of):
+        own = np.array(body_of) == body
+        if body >= 0 and body in about.partly:
+            agreed = _agreement(seen[own], free[own], weights[own])
+            is_place_wrong |= seen[own].any() and not agreed and not _is_room(body, about)
+        if _agreement(by_normals[own], free[own], weights[own]) is False and not (
+            body >= 0 and _is_room(body, about)
+        ):
+            by_normals[own] = 0
+    if is_place_wrong:
+        seen[:] = 0
+    if floor is not None and floor_sign * by_normals[floor] < 0:
+        by_normals[:] = 0  # a floor that looks down: so may the rest
+    signs = np.where(seen != 0, seen, np.where(by_normals != 0, by_normals, free))
+    for number in np.flatnonzero(signs == 0).tolist():
+        signs[number] = _likelier_side(number, members[number], planes[number], about, up)
+    if floor is not None and floor_sign:
+        signs[floor] = floor_sign
+    return OuterSides(signs, bool(is_place_wrong))
+
+
+def _agreement(
+    stated: NDArray[np.intp], free: NDArray[np.intp], weights: NDArray[np.intp]
+) -> bool | None:
+    """Whether the sides stated of an object's `own` regions agree with free space; None: unknown.
+
+    Walls of a room are seen from inside, although there is more free space behind them.
+    """
+    both = (stated != 0) & (free != 0)
+    if not both.any():
+        return None
+    agree = (stated == free)[both]
+    shares = float(agree.mean()), float(np.average(agree, weights=weights[both]))
+    return min(shares) >= BELIEVED_SHARE
+
+
+def _is_room(body: int, about: Surroundings) -> bool:
+    """Whether an object is the walls round another, or round a sensor that something stands near.
+
+    Only what lies within its convex hull tells walls from the outside of a thing.
+    """
+    own = about.points[about.bodies == body]
+    try:
+        sides = ConvexHull(own).equations
+    except (QhullError, ValueError):  # flat, or too few points
+        return False
+
+    def find_within(places: FloatArray) -> FloatArray:
+        within: FloatArray = places[(places @ sides[:, :3].T + sides[:, 3] < 0.0).all(axis=1)]
+        return within
+
+    numbers = np.unique(about.bodies[(about.bodies >= 0) & (about.bodies != body)])
+    middles = [about.points[about.bodies == number].mean(axis=0) for number in numbers]
+    if len(find_within(np.array(middles).reshape(-1, 3))):
+        return True
+    if about.seen_from is None:
+        return False
+    known = about.seen_from[np.isfinite(about.seen_from).all(axis=1)]
+    within = find_within(np.unique(known, axis=0))
+    return any(not is_empty_shell(own, about.points, place) for place in within)
+
+
+def _seen_side(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
+    """The side that most points of a face were seen from; 0 where that is not known."""
+    if about.seen_from is None:
+        return 0
+    rows = members[np.isfinite(about.seen_from[members]).all(axis=1)]
+    if len(rows) < SEEN_SHARE * len(members):
+        return 0
+    places, points = about.seen_from[rows], about.points[rows]
+    height, away = plane.distance(places), np.linalg.norm(places - points, axis=1)
+    # how far off the plane lines of sight pass from end to end of the face
+    turn = np.abs(height) / np.maximum(away, 1e-300)
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    clear = turn * extent > EDGE_ON_SPACINGS * about.spacing + OFF_PLANE_SDS * about.noise
+    return _sign_of(float((np.sign(height) * clear).mean()))
+
+
+def _side_of_normals(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
+    """The side that the file's normals look to; 0 where they do not agree."""
+    if about.normals is None:
+        return 0
+    along = about.normals[members] @ plane.normal
+    known = along[about.normals[members].any(axis=1)]
+    return _sign_of(float(known.mean())) if len(known) else 0
+
+
+def _sign_of(mean: float) -> int:
+    return 0 if abs(mean) < AGREEMENT else 1 if mean > 0.0 else -1
+
+
+def _freer_side(region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
+    """The side from which rays go clearly further before they meet other surface; 0 if none."""
+    paths = _free_paths(region, members, plane, about)
+    # a ray that meets nothing is as long as the whole cloud
+    longest = float(np.linalg.norm(np.ptp(about.points, axis=0)))
+    ahead, back = (np.minimum(path, longest).mean() for path in paths)
+    if ahead > CLEARLY_FREE * back:
+        return 1
+    return -1 if back > CLEARLY_FREE * ahead else 0
+
+
+def _likelier_side(
     region: int,
     members: NDArray[np.intp],
     plane: Plane,
     about: Surroundings,
-    *,
-    up: FloatArray | None = None,
+    up: FloatArray | None,
 ) -> int:
-    """1 if the plane of `region`, whose points are `members`, looks outwards, -1 if inwards.
-
-    By the first criterion that decides: the normals of the file; where it was seen from; the side
-    from which rays go further before they meet other surface; the side with less of the same
-    object; up; away from the middle.
-    """
-    paths = _free_paths(region, members, plane, about)
-    sign = _stated_sign(members, plane, about)
-    if not sign:
-        # a ray that meets nothing is as long as the whole cloud
-        longest = float(np.linalg.norm(np.ptp(about.points, axis=0)))
-        ahead, back = (np.minimum(path, longest).mean() for path in paths)
-        if ahead > CLEARLY_FREE * back:
-            sign = 1
-        elif back > CLEARLY_FREE * ahead:
-            sign = -1
-    sign = sign or _emptier_side(region, members, plane, about)
+    """The side with less of the same object, else the upper one, else away from the middle."""
+    sign = _emptier_side(region, members, plane, about) if len(members) else 1
     if not sign and up is not None:
         sign = int(np.sign(np.round(float(plane.normal @ up), 1)))
     if not sign:
         middle = about.points.mean(axis=0)
         sign = 1 if float(plane.distance(middle)) <= 0.0 else -1
     return sign
-
-
-def _stated_sign(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """Sign by the file's normals or by the places it was seen from; 0 where these do not decide."""
-    votes: list[FloatArray] = []
-    if about.normals is not None:
-        votes.append(about.normals[members] @ plane.normal)
-    if about.seen_from is not None:
-        votes.append(np.sign(plane.distance(about.seen_from[members])))
-    for vote in votes:
-        known = vote[np.isfinite(vote)]
-        mean = float(known.mean()) if len(known) else 0.0
-        if abs(mean) >= AGREEMENT:
-            return 1 if mean > 0.0 else -1
-    return 0
 
 
 def _free_paths(

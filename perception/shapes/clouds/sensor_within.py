@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.shapes.clouds.all_sides import even_directions
+from facetlog.perception.shapes.clouds.lines_of_sight import MOST_PLACES
 from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.space.flooding import OPEN_SHARE
 from facetlog.perception.types import FloatArray
@@ -19,9 +20,6 @@ __all__ = ["things_round_a_sensor"]
 # Directions that are looked along, 20 degrees apart: a thing is closed in those in which it has
 # points.
 DIRECTIONS = 96
-# A scan has a few places; a cloud from photographs has one for each point, about the middle of
-# those it was seen from, which may well lie within what they go round.
-MOST_PLACES = 16
 
 
 def things_round_a_sensor(

@@ -116,24 +116,37 @@ def test_every_form_of_pcd_gives_the_points(tmp_path: Path, points: FloatArray, 
     assert cloud.seen_from is None
 
 
-def test_viewpoint_of_a_pcd_is_where_its_points_were_seen_from(
-    tmp_path: Path, points: FloatArray
+@pytest.mark.parametrize(
+    ("viewpoint", "rows", "places", "turned"),
+    [
+        ("0 0 0 1 0 0 0", 1, None, False),
+        ("0 0 0 1 0 0 0", 2, [[0, 0, 0]], False),
+        ("0 0 0 1", 1, None, False),
+        ("0 0 0 0 0 0 0", 1, None, False),
+        ("a b c", 1, None, False),
+        ("nan 0 0 1 0 0 0", 1, None, False),
+        ("1 2 3 1 0 0 0", 1, [[1, 2, 3], [0, 0, 0]], False),
+        ("1 2 3 nan 0 0 0", 1, [[1, 2, 3], [0, 0, 0]], False),
+        ("1 2 3 5 0 0 5", 1, [[1, 2, 3], [0, 0, 0]], True),
+        ("0 0 0 1 0 0 1", 1, [[0, 0, 0]], True),
+    ],
+)
+def test_viewpoint_of_a_pcd_allows_its_place_or_the_origin(
+    tmp_path: Path,
+    points: FloatArray,
+    viewpoint: str,
+    rows: int,
+    places: list[list[float]] | None,
+    turned: bool,
 ) -> None:
     path = tmp_path / "a.pcd"
-    path.write_bytes(pcd(points, "binary", viewpoint="1 2 3 1 0 0 0"))
-    seen_from = read_cloud(path).seen_from
-    assert seen_from is not None
-    assert (seen_from == [1.0, 2.0, 3.0]).all()
-
-
-def test_a_pcd_that_is_a_picture_was_seen_from_its_origin(
-    tmp_path: Path, points: FloatArray
-) -> None:
-    path = tmp_path / "a.pcd"
-    path.write_bytes(pcd(points, "binary", rows_of_picture=2))
-    seen_from = read_cloud(path).seen_from
-    assert seen_from is not None
-    assert not seen_from.any()
+    path.write_bytes(pcd(points, "binary", viewpoint=viewpoint, rows_of_picture=rows))
+    cloud = read_cloud(path)
+    assert cloud.seen_from is None
+    assert (None if cloud.sensor_places is None else cloud.sensor_places.tolist()) == places
+    assert (cloud.world_axes is not None) == turned
+    if cloud.world_axes is not None:  # a quarter turn about z
+        np.testing.assert_allclose(cloud.world_axes @ [1, 0, 0], [0, 1, 0], atol=1e-12)
 
 
 @given(st.binary(max_size=400), st.integers(1, 40))
@@ -213,7 +226,7 @@ def damaged(points: FloatArray) -> dict[str, tuple[str, bytes, str]]:
         "cut pcd": ("a.pcd", pcd(points, "binary")[:-1], "claims 40 points"),
         "cut lzf": ("a.pcd", compressed[:-1], "truncated or damaged"),
         "wrong lzf": ("a.pcd", compressed[:-2] + b"\xff\xff", "truncated or damaged"),
-        "pcd header": ("a.pcd", b"VERSION 0.7\nFIELDS x\nDATA ascii\n1\n", "damaged PCD header"),
+        "pcd header": ("a.pcd", b"VERSION 0.7\nFIELDS x\nDATA ascii\n1\n", "no line SIZE"),
         "pcd kind": ("a.pcd", pcd(points, "ascii").replace(b"DATA a", b"DATA b"), "no kind of PCD"),
         "prose": ("a.xyz", b"1 2 3\nonce upon a time\n", "no table of numbers"),
         "only a remark": ("a.xyz", b"# nothing\n", "no x, y, z"),

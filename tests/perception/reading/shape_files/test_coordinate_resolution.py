@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.cloud_files import read_cloud
-from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
+from facetlog.perception.reading.shape_files.coordinate_resolution import (
+    check_degrees,
+    check_resolution,
+)
 from facetlog.perception.reading.shape_files.mesh_files import read_mesh
 
 CORNERS = np.array([[x, y, z] for x in (0.0, 0.3) for y in (0.0, 0.2) for z in (0.0, 0.1)])
@@ -62,3 +65,19 @@ def test_a_truncated_text_mesh_is_reported_in_plain_words(tmp_path: Path) -> Non
     with pytest.raises(InputError) as caught:
         read_mesh(tmp_path / "cut.off")
     assert "truncated" in str(caught.value)
+
+
+@pytest.mark.parametrize("unit", [0.001, 1.0, 1000.0])
+@pytest.mark.parametrize("place", [(8.5, 47.3), (-122.4, 37.8), (47.3, 8.5)])
+def test_degrees_of_longitude_and_latitude_are_refused(
+    place: tuple[float, float], unit: float
+) -> None:
+    scale = np.array([unit / 80_000.0, unit / 111_000.0, unit])
+    with pytest.raises(InputError, match="are degrees"):
+        check_degrees(CORNERS * scale + [*place, 400.0], "a.csv")
+
+
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (1.0, 1.0, 0.001), (0.02, 0.02, 20.0)])
+def test_sheets_and_poles_in_metres_pass_anywhere(scale: tuple[float, float, float]) -> None:
+    for place in ((0.0, 0.0, 0.0), (8.5, 47.3, 400.0), (2_600_000.0, 1_200_000.0, 400.0)):
+        check_degrees(CORNERS * scale + place, "a.csv")

@@ -1,0 +1,176 @@
+"""Whether lines of sight agree with a place that a cloud is said to have been seen from.
+
+Nothing is seen through a surface: a point behind a face was not seen from there, and a sensor is
+neither in a surface that it sees nor below the floor. Files say wrong places: an organised cloud
+that was moved into the world keeps the sensor's origin, and a VIEWPOINT may be meant for points in
+the sensor's frame or in the world's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Plane
+from facetlog.perception.shapes.clouds.cloud_outlines import Outline
+from facetlog.perception.shapes.regions.up_direction import Up
+from facetlog.perception.types import FloatArray
+
+__all__ = ["MOST_PLACES", "Sheet", "SightTest", "View", "find_sheets", "find_view"]
+
+# A scan has a few places; a cloud from photographs has one for each point, about the middle of
+# those it was seen from, which is no end of a line of sight.
+MOST_PLACES = 16
+
+# Points within so many sd of a plane, and one spacing, are on it.
+OFF_PLANE_SDS = 4.0
+# An outline is jagged to within a spacing; a line of sight that close to the rim passes it.
+RIM_SPACINGS = 1.0
+# More of a thing's points are behind faces only if it was not seen from there alone: flying points
+# and noise at rims are 1.1 % of a room's scan, and less of others; of a box that was sampled all
+# over, a place outside of it has 40 % hidden. So few points are chance.
+HIDDEN_SHARE = 0.02
+HIDDEN_POINTS = 5
+# A face with this share of the points is one that a sensor in its plane cannot have seen.
+LEAST_SHARE = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sheet:
+    """A face that lines of sight end at: its plane, and what it surely covers, in the plane."""
+
+    plane: Plane
+    axes: FloatArray
+    covered: shapely.Geometry
+    share: float
+
+
+def find_sheets(
+    outlines: Sequence[Outline],
+    planes: Sequence[Plane],
+    *,
+    count: int,
+    noise: float,
+    spacing: float,
+) -> tuple[Sheet, ...]:
+    """Return the faces of a cloud of `count` points, less their rims; `planes` of each outline."""
+    sheets = []
+    for outline, plane in zip(outlines, planes, strict=True):
+        axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
+        loops = [loop @ axes.T for loop in (outline.outline, *outline.holes)]
+        polygon = shapely.make_valid(shapely.Polygon(loops[0], loops[1:]))
+        covered = polygon.buffer(-(RIM_SPACINGS * spacing + OFF_PLANE_SDS * noise))
+        shapely.prepare(covered)
+        sheets.append(Sheet(plane, axes, covered, len(outline.members) / count))
+    return tuple(sheets)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SightTest:
+    """The sheets of a cloud; noise and spacing; the floor's level if known."""
+
+    sheets: tuple[Sheet, ...]
+    noise: float
+    spacing: float
+    level: Up | None
+
+    @property
+    def _margin(self) -> float:
+        return OFF_PLANE_SDS * self.noise + self.spacing
+
+    def is_possible(self, place: FloatArray) -> bool:
+        """Whether a sensor could be at a place (3,): in none of the large faces, above the floor.
+
+        A sensor that was moved to a place in a face's plane would see the face from its edge.
+        """
+        for sheet in self.sheets:
+            if sheet.share < LEAST_SHARE:
+                continue
+            if abs(float(sheet.plane.distance(place))) <= self._margin:
+                return False
+        if self.level is None or self.level.floor is None:
+            return True
+        floor = self.sheets[self.level.floor].plane
+        sign = 1.0 if float(floor.normal @ self.level.direction) > 0.0 else -1.0
+        return sign * float(floor.distance(place)) > 0.0
+
+    def find_hidden(self, points: FloatArray, places: FloatArray) -> NDArray[np.bool_]:
+        """Whether each of points (n, 3) is behind a face as seen from its place, (3,) or (n, 3)."""
+        hidden = np.zeros(len(points), dtype=bool)
+        for sheet in self.sheets:
+            if sheet.covered.is_empty:
+                continue
+            ahead = np.broadcast_to(sheet.plane.distance(places), len(points))
+            behind = sheet.plane.distance(points)
+            met = np.flatnonzero(~hidden & (ahead * behind < 0.0) & (np.abs(behind) > self._margin))
+            from_place = np.broadcast_to(places, points.shape)[met]
+            share = ahead[met] / (ahead[met] - behind[met])
+            crossing = from_place + share[:, None] * (points[met] - from_place)
+            x, y = (crossing @ sheet.axes.T).T
+            hidden[met[shapely.contains_xy(sheet.covered, x, y)]] = True
+        return hidden
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """From where a cloud was seen, as far as its lines of sight agree with it.
+
+    `seen_from` (n, 3) as of a Cloud; `partly` are the objects of which more is hidden from there
+    than in a scan from one place, as of several scans that were merged; `refused` are places
+    (k, 3) that the file or user gave and that none of the points was seen from.
+    """
+
+    seen_from: FloatArray | None
+    partly: tuple[int, ...] = ()
+    refused: tuple[FloatArray, ...] = ()
+
+
+def find_view(
+    cloud: Cloud, looked: NDArray[np.intp], bodies: NDArray[np.intp], test: SightTest
+) -> View:
+    """Return from where the points of a cloud were seen.
+
+    It is tested on the rows `looked` (k,), of the objects `bodies` (k,). Of a file's candidates it
+    is the first with which all lines of sight agree. Of places that the user states, points that
+    are hidden from there were seen from elsewhere.
+    """
+    if cloud.seen_from is not None:
+        return _check_stated(cloud.points, cloud.seen_from, looked, bodies, test)
+    if cloud.sensor_places is None:
+        return View(None)
+    points = cloud.points[looked]
+    for place in cloud.sensor_places:
+        if test.is_possible(place) and not _partly_seen(test.find_hidden(points, place), bodies):
+            return View(np.broadcast_to(place, cloud.points.shape))
+    return View(None, refused=tuple(cloud.sensor_places))
+
+
+def _check_stated(
+    points: FloatArray,
+    seen_from: FloatArray,
+    looked: NDArray[np.intp],
+    bodies: NDArray[np.intp],
+    test: SightTest,
+) -> View:
+    known = np.isfinite(seen_from).all(axis=1)
+    places, of_place = np.unique(seen_from[known], axis=0, return_inverse=True)
+    if not 0 < len(places) <= MOST_PLACES:
+        return View(seen_from)
+    refused = [not test.is_possible(place) for place in places]
+    kept = seen_from.copy()
+    kept[np.flatnonzero(known)[np.isin(of_place.ravel(), np.flatnonzero(refused))]] = np.nan
+    partly = _partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
+    if partly:
+        kept[test.find_hidden(points, kept)] = np.nan
+    return View(kept, partly, tuple(places[refused]))
+
+
+def _partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:
+    """The objects, -1 for the ground, of which more points are hidden than noise can hide."""
+    counts, behind = np.bincount(bodies + 1), np.bincount(bodies[hidden] + 1)
+    most = np.maximum(HIDDEN_POINTS, HIDDEN_SHARE * counts[: len(behind)])
+    return tuple((np.flatnonzero(behind > most) - 1).tolist())
