@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.page_file import Html, write_page
-from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, as_given, options_given
+from facetlog.commands.scene.shape import (
+    AUTO,
+    NONE,
+    OverrideFile,
+    Sensor,
+    Unit,
+    Up,
+    as_given,
+    options_given,
+)
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
 from facetlog.page.page_path import check_page
@@ -64,6 +73,7 @@ def why_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
 ) -> int:
     """Says why a model holds, or where a face, a piece or a fact comes from.
 
@@ -82,7 +92,7 @@ def why_command(
 
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor),
+        stated=(up, unit, sensor, override_file),
         trust=trust,
         raw=raw,
         as_json=as_json,
@@ -106,6 +116,7 @@ def why_not_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
 ) -> int:
     """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
     from facetlog.query_shell.explaining import unknown_subject, why_not
@@ -120,7 +131,7 @@ def why_not_command(
 
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor),
+        stated=(up, unit, sensor, override_file),
         trust=trust,
         as_json=as_json,
     )
@@ -135,7 +146,7 @@ def _explained(
     models: list[Path] | None,
     html: Path | None,
     *,
-    stated: tuple[str, str, str],
+    stated: tuple[str, str, str, bool],
     trust: bool,
     raw: bool = False,
     as_json: bool,

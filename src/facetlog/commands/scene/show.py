@@ -7,7 +7,17 @@ from typing import Annotated
 import typer
 
 from facetlog.commands.scene.output import Overwrite, check_output
-from facetlog.commands.scene.shape import AUTO, NONE, Scale, Sensor, ShapeArgument, Unit, Up, read
+from facetlog.commands.scene.shape import (
+    AUTO,
+    NONE,
+    OverrideFile,
+    Scale,
+    Sensor,
+    ShapeArgument,
+    Unit,
+    Up,
+    read,
+)
 from facetlog.commands.shared import YES, AsJson, command
 from facetlog.terminal import one_line, warn
 
@@ -23,6 +33,7 @@ def show_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
     scale: Scale = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="PNG", help="Draws it into this file.")
@@ -35,7 +46,7 @@ def show_command(
 
     if out is not None:
         check_output(out, (PICTURE_SUFFIX,), overwrite=overwrite)
-    found = read(shape, up, unit, sensor, scale)
+    found = read(shape, up, unit, sensor, scale, override=override_file)
     if out is not None:
         from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
         from facetlog.perception.whole_file import write_whole
