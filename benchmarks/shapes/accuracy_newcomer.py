@@ -31,7 +31,7 @@ MODELS = {
     "ss": "step_stool",
 }
 STATES = (State.HOLDS, State.UNKNOWN, State.FAILS)
-OPTIONS = ShapeOptions(up=UP_AXES["z"], unit="m")
+OPTIONS = ShapeOptions(up=UP_AXES["z"], unit="m", override=True)
 
 
 @dataclass(frozen=True, slots=True)

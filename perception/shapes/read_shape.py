@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +17,24 @@ from facetlog.perception.shapes.shape_options import (
     COLMAP_POINTS,
     SCENE_SUFFIX,
     SUFFIXES,
+    UP_AXES,
     ShapeOptions,
     says_itself,
 )
 from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.surfaces.scene_file import read_scene
+from facetlog.perception.types import FloatArray
+
+if TYPE_CHECKING:
+    from facetlog.perception.reading.shape_files.mesh_files import Mesh
 
 __all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
+
+# Up axes whose components differ by less are the same.
+UP_TIE = 1e-6
+# Objects of models are cartons to buildings, in metres: what is smaller than a die or larger than a
+# bus is read in another unit than it was drawn in.
+LEAST_SIZE, MOST_SIZE = 0.02, 20.0
 
 # What makes scenes of meshes and clouds takes half a second to load: scenes do without.
 
@@ -41,10 +53,41 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
         if path.suffix.lower() not in CLOUD_SUFFIXES:
             raise
         return _cloud_file(path, options)  # a PLY of points alone
+    mesh, options = _agreed(mesh, options)
     unit = METRES_PER[options.unit] if options.unit else mesh.unit_metres
     if unit is not None:
         mesh = replace(mesh, vertices=mesh.vertices * unit, unit_metres=1.0)
     return scene_of_mesh(mesh, up=options.up, metric=unit is not None)
+
+
+def _agreed(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":
+    """The options without up and unit where the file states its own, and the mesh with a warning
+    where these differ.
+    """
+    if options.override:
+        return mesh, options
+    ignored = []
+    if options.up is not None and mesh.up is not None:
+        if not np.allclose(mesh.up, options.up, atol=UP_TIE):
+            ignored.append(f"up ({_axis(mesh.up)})")
+        options = replace(options, up=None, find_floor=True)
+    if options.unit is not None and mesh.unit_metres is not None:
+        if not np.isclose(mesh.unit_metres, METRES_PER[options.unit]):
+            ignored.append(f"the unit ({mesh.unit_metres:g} m)")
+        options = replace(options, unit=None)
+    if not ignored:
+        return mesh, options
+    line = (
+        f"the file states {' and '.join(ignored)}, which goes before the options; with "
+        "--override-file these go before what it states"
+    )
+    return replace(mesh, warnings=(*mesh.warnings, line)), options
+
+
+def _axis(up: FloatArray) -> str:
+    """The name of an axis, or its three numbers."""
+    named = (name for name, axis in UP_AXES.items() if np.allclose(up, axis, atol=UP_TIE))
+    return next(named, ",".join(f"{x:.4g}" for x in up))
 
 
 def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
@@ -101,9 +144,9 @@ def stated(scene: Scene, options: ShapeOptions) -> Scene:
 def read_shape(path: Path, options: ShapeOptions) -> Scene:
     """The scene in a file, or in the folder of a COLMAP model; the suffix decides the kind.
 
-    A scene of facetlog states its own up and whether it is metric; for the others `options`
-    override what a file states. Lengths are metres wherever the unit is known. Raises InputError
-    for a file that cannot be read or has no shape.
+    A scene of facetlog states its own up and whether it is metric; for the others `options` say
+    what the file does not, or override it. Lengths are metres wherever the unit is known. Raises
+    InputError for a file that cannot be read or has no shape.
     """
     colmap = path.is_dir() or path.name in COLMAP_POINTS
     reader = _cloud_file if colmap else _READERS.get(path.suffix.lower())
@@ -120,6 +163,25 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
             f"{path}: {path.suffix or 'no suffix'}: files that can be read are {kinds}"
         )
     scene = reader(path, options)
-    if options.up is None and not options.find_floor and not says_itself(str(path)):
-        return replace(scene, up=None)
-    return scene
+    if says_itself(str(path)):
+        return scene
+    if options.up is None and not options.find_floor:
+        scene = replace(scene, up=None)
+    return replace(scene, warnings=(*scene.warnings, *_doubtful_unit(scene)))
+
+
+def _doubtful_unit(scene: Scene) -> tuple[str, ...]:
+    """A warning where no object is as large as furniture or a house: the unit may be another."""
+    if not scene.metric or not scene.faces:
+        return ()
+    parts = [{i for face in body.faces for i in scene.faces[face].outline} for body in scene.bodies]
+    sizes = [
+        float(np.linalg.norm(np.ptp(scene.points[sorted(part)], axis=0))) for part in parts if part
+    ]
+    if not sizes or any(LEAST_SIZE <= size <= MOST_SIZE for size in sizes):
+        return ()
+    return (
+        f"its largest object is {max(sizes):,.4g} m across, none is {LEAST_SIZE:g} to "
+        f"{MOST_SIZE:g} m: is the unit right? State that of its numbers with --unit (and "
+        "--override-file, if the file states another)",
+    )

@@ -12,6 +12,7 @@ from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MES
 
 __all__ = [
     "COLMAP_POINTS",
+    "FORMATS_WITH_UP",
     "FROM_THE_FLOOR",
     "NOT_GIVEN",
     "SCENE_SUFFIX",
@@ -39,6 +40,9 @@ SCENE_SUFFIX = ".json"
 SUFFIXES = tuple(dict.fromkeys((SCENE_SUFFIX, *CLOUD_SUFFIXES, *MESH_SUFFIXES)))
 """Of the files that can be read, lower case."""
 
+FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
+"""Of files that state which axis is up, and their unit."""
+
 # Tables and notes have these suffixes as well: read where they are named, but not searched for.
 AMBIGUOUS = (".csv", ".txt")
 COLMAP_POINTS = ("points3D.bin", "points3D.txt")
@@ -57,7 +61,8 @@ class ShapeOptions:
     `up` is a unit vector in the file's axes; without it, and with `find_floor`, up is what the
     format states or what is found from the floor; without either it is unknown. `unit` is that of
     the file's coordinates, a key of METRES_PER; None: what the format states, else unknown, so that
-    only ratios of lengths mean something. `sensor` is the place, in the file's axes and unit, from
+    only ratios of lengths mean something. What a file states goes before both, unless `override`
+    is set. `sensor` is the place, in the file's axes and unit, from
     which all points of a cloud were seen; without it, what the file states.
     """
 
@@ -65,6 +70,7 @@ class ShapeOptions:
     find_floor: bool = False
     unit: str | None = None
     sensor: tuple[float, float, float] | None = None
+    override: bool = False
 
 
 def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | None:

@@ -157,7 +157,7 @@ class FaceTable:
             np.repeat(np.arange(len(scenes)), face_counts),
             points,
             covs,
-            Tolerances.of_vertices(points, covs, vertex_counts),
+            Tolerances.of_scenes(scenes, points, covs),
             planes,
             sides,
             members,

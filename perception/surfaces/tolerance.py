@@ -1,11 +1,14 @@
 """ "Within 3 sd": how far apart two places may be and still count as one, for scenes of a block."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 
 __all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance", "Tolerances"]
@@ -48,21 +51,22 @@ class Tolerances:
     widest: FloatArray
 
     @classmethod
-    def of_vertices(cls, points: FloatArray, covs: FloatArray, counts: Indices) -> "Tolerances":
-        """Those of vertices (n, 3) with covariances (n, 3, 3), in proportion to their diagonals.
-
-        The scenes (s,) have `counts` vertices each.
+    def of_scenes(
+        cls, scenes: Sequence[Scene], points: FloatArray, covs: FloatArray
+    ) -> "Tolerances":
+        """Those of the vertices of scenes (s,), all their points (n, 3) and covariances (n, 3, 3),
+        in proportion to the diagonal of each scene's largest object, or of all where none is known.
         """
-        diagonals = np.zeros(len(counts))
-        some = np.flatnonzero(counts)
-        sds = np.zeros(0)
-        if len(some):
-            starts = row_starts(counts)[some]
-            spans = np.maximum.reduceat(points, starts) - np.minimum.reduceat(points, starts)
-            diagonals[some] = np.sqrt((spans * spans).sum(axis=1))
-            sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
-        scene = np.repeat(np.arange(len(counts)), counts)
-        return cls(sds, scene, LENGTH_RESOLUTION * diagonals, WIDEST * diagonals)
+        sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
+        counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
+        diagonals = np.zeros(len(scenes))
+        for nth, (scene, first) in enumerate(zip(scenes, row_starts(counts).tolist(), strict=True)):
+            own = points[first : first + int(counts[nth])]
+            for part in [own[_vertices_of(scene, body)] for body in scene.bodies] or [own]:
+                if len(part):
+                    diagonals[nth] = max(diagonals[nth], np.linalg.norm(np.ptp(part, axis=0)))
+        scene_of = np.repeat(np.arange(len(counts)), counts)
+        return cls(sds, scene_of, LENGTH_RESOLUTION * diagonals, WIDEST * diagonals)
 
     def of_scene(self, scene: int) -> Tolerance:
         """That of one of the scenes."""
@@ -86,3 +90,9 @@ class Tolerances:
         limit = self.within(np.hypot(sds, sds[rows, top, None]), scenes)
         equal = reach >= reach[rows, top, None] - limit
         return np.asarray(equal & (reach > -np.inf))
+
+
+def _vertices_of(scene: Scene, body: Body) -> list[int]:
+    """The vertices that a body's faces and patches reach to."""
+    rings = [scene.faces[i].outline for i in body.faces]
+    return list(chain(*rings, *(scene.patches[i].hull for i in body.patches)))

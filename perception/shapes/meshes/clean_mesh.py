@@ -1,7 +1,8 @@
 """Repair of meshes: welded vertices, no duplicates, consistent winding, normals outwards.
 
-Corners within a millionth of the size are merged; degenerate and duplicate triangles are removed,
-and if the former are any share of the surface, that is said.
+Corners within a millionth of the size are merged, if that is less than a thousandth of the sides
+that end there: what is far away makes nothing coarser. Degenerate and duplicate triangles are
+removed, and if the former are any share of the surface, that is said.
 Sheets of triangles joined by edges that two of them share get one winding; a closed one that of
 positive volume, so that its normals point out. The outside of an open one does not follow from its
 winding: mesh_sides.py determines it.
@@ -17,13 +18,24 @@ from facetlog.errors import InputError
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.grouped import Indices, group_sums, joined
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.shapes.regions.surface_samples import cells_of
+from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MEND", "MOST_LOST", "RESOLUTION", "Surface", "boxes_round", "clean_mesh"]
+__all__ = [
+    "MEND",
+    "MOST_LOST",
+    "RESOLUTION",
+    "Surface",
+    "boxes_round",
+    "clean_mesh",
+    "rebuilt",
+    "sizes_of",
+]
 
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
+# No corner is moved further than this share of the longest side of a triangle that it is of.
+SIDE_SHARE = 1e-3
 # Nothing is said of less than this share of the surface: a face of so much is a speck
 # (mesh_regions.py).
 LEAST_LOST = 0.001
@@ -86,9 +98,9 @@ def clean_mesh(mesh: Mesh) -> Surface:
     grain = 4.0 * float(np.spacing(max(np.abs(low).max(), np.abs(high).max())))
     if not size > grain:
         raise InputError(f"{mesh.name}: all corners are in one place; export the mesh again")
-    points, triangles = _welded(
-        mesh.vertices - centre, mesh.triangles, used, max(RESOLUTION * size, grain)
-    )
+    points = mesh.vertices - centre
+    slack = _slack(points, mesh.triangles, size, grain)
+    points, triangles, slack = _welded(points, mesh.triangles, used, slack)
     a, b, c = triangles.T
     three = (a != b) & (b != c) & (c != a)
     rows = np.flatnonzero(three)
@@ -98,13 +110,29 @@ def clean_mesh(mesh: Mesh) -> Surface:
     normals = cross(b - a, c - a)
     double = _lengths(normals)
     longest = np.maximum.reduce([_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))])
-    solid = double > RESOLUTION * size * longest
+    solid = double > slack[triangles].min(axis=1) * longest
     lost = np.concatenate((np.flatnonzero(~three), rows[~solid]))
     warnings = _what_is_lost(mesh, lost, 0.5 * float(double[solid].sum()))
     triangles, normals, double = triangles[solid], normals[solid], double[solid]
     normals /= double[:, None]
     surface = _wound(points, triangles, normals, 0.5 * double, centre, size)
     return replace(surface, name=mesh.name, warnings=warnings)
+
+
+def rebuilt(surface: Surface, triangles: Indices) -> Surface:
+    """The surface with these triangles (m, 3) between its points, wound anew."""
+    a, b, c = (surface.points[triangles[:, k]] for k in range(3))
+    normals = cross(b - a, c - a)
+    double = np.maximum(_lengths(normals), 1e-300)
+    made = _wound(
+        surface.points,
+        triangles,
+        normals / double[:, None],
+        0.5 * double,
+        surface.centre,
+        surface.size,
+    )
+    return replace(made, name=surface.name, warnings=surface.warnings)
 
 
 def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatArray, FloatArray]:
@@ -115,6 +143,12 @@ def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatAr
     np.minimum.at(low, part, corners.min(axis=1))
     np.maximum.at(high, part, corners.max(axis=1))
     return low, high
+
+
+def sizes_of(corners: FloatArray, part: Indices) -> FloatArray:
+    """The diagonal (m,) of the box round the part that each of triangles (m, 3, 3) is of."""
+    low, high = boxes_round(corners, part, int(part.max()) + 1)
+    return _lengths(high - low)[part]
 
 
 def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
@@ -144,24 +178,58 @@ def _lengths(vectors: FloatArray) -> FloatArray:
     return lengths
 
 
+def _slack(points: FloatArray, triangles: Indices, size: float, grain: float) -> FloatArray:
+    """How far each point (n,) may be from another that is the same, of a mesh of that size."""
+    longest = np.zeros(len(points))
+    for one, two in ((0, 1), (1, 2), (2, 0)):
+        side = _lengths(points[triangles[:, one]] - points[triangles[:, two]])
+        for end in (one, two):
+            np.maximum.at(longest, triangles[:, end], side)
+    slack: FloatArray = np.maximum(np.minimum(RESOLUTION * size, SIDE_SHARE * longest), grain)
+    return slack
+
+
 def _welded(
-    points: FloatArray, triangles: Indices, used: NDArray[np.bool_], slack: float
-) -> tuple[FloatArray, Indices]:
-    """Points that are used, those within the slack made one, and the triangles between them."""
+    points: FloatArray, triangles: Indices, used: NDArray[np.bool_], slack: FloatArray
+) -> tuple[FloatArray, Indices, FloatArray]:
+    """Points that are used, those within the slack (n,) of both made one, the triangles between
+    them, and what slack is left to each.
+    """
     every = np.flatnonzero(used)
-    where = points[every]
-    key = cells_of(where, where.min(axis=0), slack)
+    where, slack = points[every], slack[every]
+    # what is about as fine is compared at once: of what is finer, too many lie within a coarse one
+    steps = np.floor(np.log10(slack / slack.max())).astype(np.int64)
+    pairs = []
+    for step in np.unique(steps).tolist():
+        rows = np.flatnonzero(steps >= step)
+        own = _groups_within(where[rows], float(slack[steps == step].min()))
+        first = np.unique(own, return_index=True)[1]
+        pairs.append(np.column_stack([rows, rows[first[own]]]))
+    label = joined(len(every), np.concatenate(pairs))[1]
+    _, first, place = np.unique(label, return_index=True, return_inverse=True)
+    number = np.zeros(len(points), dtype=np.int64)
+    number[every] = place
+    finest = np.full(len(first), np.inf)
+    np.minimum.at(finest, place, slack)
+    return where[first], number[triangles], finest
+
+
+def _groups_within(points: FloatArray, slack: float) -> Indices:
+    """The group (n,), numbered from 0, of each of points (n, 3) of which those within the slack are
+    one.
+    """
+    extent = float(np.ptp(points, axis=0).max())
+    if extent < MOST_CELLS * slack:
+        key = cells_of(points, points.min(axis=0), slack)
+    else:
+        key = np.ascontiguousarray(points + 0.0).view("V24").ravel()
     _, first, place = np.unique(key, return_index=True, return_inverse=True)
     # neighbours that fell into two cells
-    near = cKDTree(where[first], balanced_tree=False, compact_nodes=False).query_pairs(
+    near = cKDTree(points[first], balanced_tree=False, compact_nodes=False).query_pairs(
         slack, output_type="ndarray"
     )
-    count, label = joined(len(first), near)
-    keep = np.zeros(count, dtype=np.int64)
-    keep[label[::-1]] = first[::-1]
-    number = np.zeros(len(points), dtype=np.int64)
-    number[every] = label[place]
-    return where[keep], number[triangles]
+    groups: Indices = joined(len(first), near)[1][place]
+    return groups
 
 
 def _first_of_doubles(triangles: Indices) -> Indices:
@@ -200,11 +268,14 @@ def _wound(
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     normals = np.where(flip[:, None], -normals, normals)
     closed = _closed(sheets, key)
-    # 6 V = Σ a · (b × c), about the middle of the mesh
-    a, b, c = (points[triangles[:, k]] for k in range(3))
+    # 6 V = Σ a · (b × c), about the middle of each sheet
     count = len(closed)
+    low, high = boxes_round(points[triangles], sheets, count)
+    middles = (0.5 * (low + high))[sheets]
+    a, b, c = (points[triangles[:, k]] - middles for k in range(3))
     volumes = group_sums(sheets, np.einsum("ij,ij->i", a, cross(b, c)), count) / 6.0
-    sure = np.abs(volumes) > LEAST_VOLUME * size * group_sums(sheets, areas, count)
+    sizes = _lengths(high - low)
+    sure = np.abs(volumes) > LEAST_VOLUME * sizes * group_sums(sheets, areas, count)
     outside_in = (closed & sure & (volumes < 0.0))[sheets]
     _, corner_groups = joined(len(points), np.concatenate((triangles[:, :2], triangles[:, 1:])))
     return Surface(

@@ -15,7 +15,7 @@ import shapely
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group
 from facetlog.perception.polygons import find_difference, find_union, make_polygon, make_valid
-from facetlog.perception.shapes.meshes.clean_mesh import Surface
+from facetlog.perception.shapes.meshes.clean_mesh import Surface, sizes_of
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
@@ -28,7 +28,7 @@ TOUCH_SHARE = 1e-4
 @dataclass(frozen=True, eq=False, slots=True)
 class Solids:
     """The closed sheets (s,) of a surface: number, object, box from `low` to `high` (s, 3), and
-    which triangles are of each.
+    which triangles are of each. `sizes` (b,) are those of all objects.
     """
 
     surface: Surface
@@ -37,11 +37,14 @@ class Solids:
     low: FloatArray
     high: FloatArray
     triangles: tuple[Indices, ...]
+    sizes: FloatArray
 
     @classmethod
     def of(cls, surface: Surface, bodies: Indices) -> "Solids":
         """Of a surface whose triangles (m,) are of these objects."""
         rows = np.flatnonzero(surface.closed)
+        sizes = np.zeros(int(bodies.max()) + 1)
+        sizes[bodies] = sizes_of(surface.corners, bodies)
         groups = tuple(rows[own] for own in by_group(surface.sheets[rows]))
         corners = [surface.corners[own].reshape(-1, 3) for own in groups]
         first = np.array([own[0] for own in groups], dtype=np.intp)
@@ -52,20 +55,16 @@ class Solids:
             np.array([each.min(axis=0) for each in corners]).reshape(-1, 3),
             np.array([each.max(axis=0) for each in corners]).reshape(-1, 3),
             groups,
+            sizes,
         )
-
-    @property
-    def touch(self) -> float:
-        """How near to each other is touching."""
-        return TOUCH_SHARE * self.surface.size
 
     def uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
         """What the solids of its object, but for those of the sheets `own`, leave of a region.
 
         The region is in the surface's frame. It may fall apart, or vanish.
         """
-        normal = region.plane.normal
-        before = region.outline + self.touch * normal
+        normal, touch = region.plane.normal, TOUCH_SHARE * float(self.sizes[region.body])
+        before = region.outline + touch * normal
         near = (self.bodies == region.body) & ~np.isin(self.numbers, own)
         near &= (self.low < before.max(axis=0)).all(axis=1)
         near &= (self.high > before.min(axis=0)).all(axis=1)
@@ -83,10 +82,10 @@ class Solids:
             yield region
             return
         # neither slivers nor the gaps between boards that touch are anything by themselves
-        left = left.buffer(-self.touch, join_style="mitre").buffer(self.touch, join_style="mitre")
-        sd = float(np.hypot(region.corner_sd, self.touch))
+        left = left.buffer(-touch, join_style="mitre").buffer(touch, join_style="mitre")
+        sd = float(np.hypot(region.corner_sd, touch))
         for part in shapely.get_parts(left):
-            simple = part.simplify(self.touch)
+            simple = part.simplify(touch)
             if isinstance(simple, shapely.Polygon) and simple.area > 0.0:
                 rings = shapely.orient_polygons(simple)
                 yield replace(

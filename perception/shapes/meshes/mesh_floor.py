@@ -1,4 +1,4 @@
-"""Which triangles of a mesh are the floor that its things stand on.
+"""Which triangles of a mesh are the floor that its things stand on, and the room round them.
 
 A floor is a level sheet or slab, or several side by side, with everything else above it. A base, a
 plinth or a platform is that too. The difference is what remains without it: for a floor several
@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import Indices, by_group, group_sums
+from facetlog.perception.grouped import by_group, group_sums
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
+from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
+from facetlog.perception.shapes.meshes.mesh_room import find_room, leftovers
 from facetlog.perception.shapes.regions.surface_samples import Samples
 from facetlog.perception.shapes.regions.up_direction import ABOVE_SHARE, BEYOND, LEAST_WIDTH
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_floor"]
+__all__ = ["Surroundings", "find_surroundings"]
 
 # A floor is no thicker than this share of its breadth, 10 cm of a slab 2 m broad, and no further
 # from the lowest point than this share of the size of all.
@@ -41,6 +43,9 @@ CLEAR_SHARE = 0.1
 CLEAR_SIDES = 3
 # Of a floor this share is covered at most. Keys cover a keyboard, and cushions a bed.
 MOST_COVERED = 0.5
+# A closed solid of which less is in the planes of a floor and walls stands there, and is none of
+# them: of a cube in a corner three sides of six are.
+MOST_TAKEN = 0.6
 # Cells along the floor's lesser breadth to measure how much is covered.
 CELLS = 48
 
@@ -66,36 +71,104 @@ class _Object:
         return sum(1 for margin in margins if margin >= least) >= CLEAR_SIDES
 
 
-def find_floor(surface: Surface, samples: Samples, up: FloatArray) -> NDArray[np.bool_] | None:
-    """Which of the triangles (m,) are the floor, `up` (3,) being known; None if there is none.
+@dataclass(frozen=True, eq=False, slots=True)
+class Surroundings:
+    """What things stand on and in: which triangles (m,), and the planes of floor, walls and
+    ceiling, their normals away from the things.
+    """
 
-    `samples` are of the whole surface.
+    triangles: NDArray[np.bool_]
+    planes: tuple[LargePlane, ...]
+
+
+def find_surroundings(
+    surface: Surface, samples: Samples, up: FloatArray, *, metric: bool
+) -> Surroundings | None:
+    """The floor that things stand on and the room round it, `up` (3,) being known; None without.
+
+    `samples` are of the whole surface. `metric` says that lengths are metres: without them nothing
+    is a room.
+    """
+    for floor in _floors(surface, up):
+        level = -floor.offset
+        choices: list[tuple[LargePlane, ...]] = [(floor,)]
+        if metric and (walls := find_room(surface, floor.triangles, level, up)):
+            choices.insert(0, (floor, *walls))
+        for planes in choices:
+            triangles = np.any([plane.triangles for plane in planes], axis=0)
+            triangles |= leftovers(surface, triangles, planes)
+            triangles &= ~_solids_inside(surface, triangles)
+            if _is_floor(surface, samples, triangles, floor, up, room=len(planes) > 1):
+                return Surroundings(triangles, planes)
+    return None
+
+
+def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Triangles (m,) of closed sheets of which less than half is taken: those of a box that stands
+    at a wall, or on a floor, lie in its plane.
     """
     count = int(surface.sheets.max()) + 1
-    if count == 1:
-        return None
-    level = _level_sheets(surface, up, count)
-    if level is None:
-        return None
-    of_floor, top = level
-    floor = of_floor[surface.sheets]
-    on_floor = floor[samples.triangles]
-    heights = samples.points @ up - top
-    areas = samples.areas * ~on_floor
+    whole = group_sums(surface.sheets, surface.areas, count)
+    part = group_sums(surface.sheets, surface.areas * taken, count)
+    few = (part < MOST_TAKEN * whole)[surface.sheets]
+    apart: NDArray[np.bool_] = few & surface.closed
+    return apart
+
+
+def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
+    """What could be the floor, its normal down: sheets apart from the rest, else the lowest of the
+    level planes, which things may be one surface with.
+    """
+    count = int(surface.sheets.max()) + 1
+    level = _level_sheets(surface, up, count) if count > 1 else None
+    if level is not None:
+        slack = RESOLUTION * surface.size
+        yield LargePlane(-up, -level[1], slack, level[0][surface.sheets])
+    planes = iter_planes(surface, up)
+    for plane in sorted(planes, key=lambda plane: plane.offset):
+        yield LargePlane(-plane.normal, -plane.offset, plane.slack, plane.triangles)
+
+
+def _is_floor(
+    surface: Surface,
+    samples: Samples,
+    triangles: NDArray[np.bool_],
+    floor: LargePlane,
+    up: FloatArray,
+    *,
+    room: bool,
+) -> bool:
+    """Whether things stand on a floor, and in a room of which these are the triangles (m,)."""
+    left = ~triangles[samples.triangles]
+    areas = samples.areas * left
     if not areas.sum() > 0.0:
-        return None
-    above = heights >= -RESOLUTION * surface.size
+        return False
+    above = floor.heights(samples.points) <= floor.slack
     if areas[above].sum() < ABOVE_SHARE * areas.sum():
-        return None
-    plan = samples.points @ plane_axes(up, np.roll(up, 1)).T
+        return False
+    axes = plane_axes(up, np.roll(up, 1))
+    own = np.unique(surface.triangles[floor.triangles])
     try:
-        plan = plan @ _sides_of(plan[on_floor]).T
-        outline = ConvexHull(plan[on_floor])
+        axes = _sides_of(surface.points[own] @ axes.T) @ axes
+        plan = surface.points @ axes.T
+        outline = ConvexHull(plan[own])
     except (QhullError, ValueError):
-        return None
-    bodies = find_bodies(surface, floor)[samples.triangles]
-    things = [_Object(plan[own], heights[own]) for own in _each(bodies, on_floor)]
-    return floor if _carries(things, plan[on_floor], outline) else None
+        return False
+    low, high = plan[own].min(axis=0), plan[own].max(axis=0)
+    if _covered(samples.points[left] @ axes.T, low, high) > MOST_COVERED * outline.volume:
+        return False
+    heights = -floor.heights(surface.points)
+    bodies = find_bodies(surface, triangles)
+    rows = np.flatnonzero(~triangles)
+    corners = (np.unique(surface.triangles[rows[each]]) for each in by_group(bodies[rows]))
+    things = [_Object(plan[each], heights[each]) for each in corners]
+    return _carries(things, low, high, outline, room=room)
+
+
+def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    """The area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
+    cell = float((high - low).min()) / CELLS
+    return len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
 
 
 def _level_sheets(
@@ -135,29 +208,22 @@ def _sides_of(plan: FloatArray) -> FloatArray:
     return np.array([side, [-side[1], side[0]]])
 
 
-def _each(bodies: Indices, on_floor: NDArray[np.bool_]) -> Iterator[Indices]:
-    """Rows of the samples of each object."""
-    rows = np.flatnonzero(~on_floor)
-    for own in by_group(bodies[rows]):
-        yield rows[own]
-
-
-def _carries(things: list[_Object], floor: FloatArray, outline: ConvexHull) -> bool:
+def _carries(
+    things: list[_Object], low: FloatArray, high: FloatArray, outline: ConvexHull, *, room: bool
+) -> bool:
     """Whether the things stand on it as on a floor, not as parts on a base."""
-    low, high = floor.min(axis=0), floor.max(axis=0)
     standing = [thing for thing in things if thing.stands]
+    if room:
+        return bool(standing)
     if not any(thing.is_clear_of(low, high) for thing in standing):
-        return False
-    plan = np.concatenate([thing.plan for thing in things])
-    cell = float((high - low).min()) / CELLS
-    covered = len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
-    if covered > MOST_COVERED * float(outline.volume):  # of two dimensions: the area
         return False
     if len(standing) > 1:
         return True
     try:
-        beyond = float(outline.volume) >= BEYOND * float(ConvexHull(plan).volume)
+        plan = ConvexHull(np.concatenate([thing.plan for thing in things]))
     except (QhullError, ValueError):
         return False
+    # of two dimensions the volume is the area
+    beyond = float(outline.volume) >= BEYOND * float(plan.volume)
     highest = max(float(thing.heights.max()) for thing in things)
     return beyond and float((high - low).min()) >= LEAST_WIDTH * highest

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.grouped import Indices, by_group, group_sums, joined
-from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
+from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, sizes_of
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
 from facetlog.perception.types import FloatArray
 
@@ -36,7 +36,7 @@ SMOOTH = np.deg2rad(50.0)
 STAVE_OUTLINE_SHARE = 0.5
 # … each of at least this share of its own area; a chamfer is smaller than the face it ends.
 STAVE_AREA_SHARE = 0.4
-# A stave is narrower than this share of the surface: of a drum as high as broad, cut into eight,
+# A stave is narrower than this share of its object: of a drum as high as broad, cut into eight,
 # a stave has 22 %, and a prism of that few sides is one of flat faces.
 STAVE_BREADTH_SHARE = 0.2
 # Normals of a nearly flat piece stay this near to their mean: about 25° …
@@ -62,14 +62,14 @@ class _Bends:
     slack: FloatArray
 
     @classmethod
-    def of(cls, surface: Surface) -> "_Bends":
+    def of(cls, surface: Surface, sizes: FloatArray) -> "_Bends":
         one, two = surface.normals[surface.links[:, 0]], surface.normals[surface.links[:, 1]]
         # from the chord: the arc cosine knows no angle below 1e-8
         chord = np.sqrt(((one - two) ** 2).sum(axis=1))
         ends = surface.points[surface.link_edges]
         lengths = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))
         # A corner that is off by the resolution tilts a triangle by that over its height.
-        grain = RESOLUTION * surface.size / np.maximum(np.sqrt(surface.areas), 1e-300)
+        grain = RESOLUTION * sizes / np.maximum(np.sqrt(surface.areas), 1e-300)
         slack = grain[surface.links].sum(axis=1)
         return cls(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)), lengths, slack)
 
@@ -77,25 +77,27 @@ class _Bends:
 def find_regions(surface: Surface, bodies: Indices) -> Indices:
     """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
 
-    `bodies` (m,) number the object of each triangle: specks are judged against the object's area.
+    `bodies` (m,) number the object of each triangle: it is judged against the size of that.
     """
-    bends = _Bends.of(surface)
+    sizes = sizes_of(surface.corners, bodies)
+    bends = _Bends.of(surface, sizes)
     everything = np.arange(len(surface.triangles))
     whole = group_sums(bodies, surface.areas, int(bodies.max()) + 1)
     least = LEAST_AREA_SHARE * whole[bodies]
     flat = surface.links[bends.angles < FLAT + bends.slack]
     count, facets = joined(len(everything), flat)
-    sizes = group_sums(facets, surface.areas, count)
+    areas = group_sums(facets, surface.areas, count)
     # Specks are not fitted. They stay with the piece that they are part of.
-    rows = everything[sizes[facets] >= least]
+    rows = everything[areas[facets] >= least]
     labels = np.full(len(everything), -1, dtype=np.int64)
     if len(rows):
-        names, groups = np.unique(facets[rows], return_inverse=True)
+        names, first, groups = np.unique(facets[rows], return_index=True, return_inverse=True)
         fits = Moments.of(surface, rows, groups, len(names)).fits()
-        good = fits.rms <= np.maximum(FLAT_RMS_SHARE * fits.breadths, RESOLUTION * surface.size)
+        size = sizes[rows[first]]
+        good = fits.rms <= np.maximum(FLAT_RMS_SHARE * fits.breadths, RESOLUTION * size)
         good &= fits.spreads <= FLAT_SPREAD
-        staves = _staves(surface, bends, facets, sizes)[names]
-        staves &= fits.breadths < STAVE_BREADTH_SHARE * surface.size
+        staves = _staves(surface, bends, facets, areas)[names]
+        staves &= fits.breadths < STAVE_BREADTH_SHARE * size
         labels[rows] = np.where((good & ~staves)[groups], groups, -1)
     _add_nearly_flat(surface, bends, labels, least)
     _, dense = np.unique(labels, return_inverse=True)

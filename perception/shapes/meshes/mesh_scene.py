@@ -9,11 +9,12 @@ from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh
+from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh, sizes_of
 from facetlog.perception.shapes.meshes.covered_surface import Solids
+from facetlog.perception.shapes.meshes.cut_surface import cut_off
 from facetlog.perception.shapes.meshes.loose_strips import without_loose_strips
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
-from facetlog.perception.shapes.meshes.mesh_floor import find_floor
+from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
 from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
@@ -47,32 +48,42 @@ REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
     """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
 
-    `up` is taken from the mesh where it is not given; where it is known, the floor is an object of
-    its own. Raises InputError for a mesh without area, and for one in too many pieces.
+    `up` is taken from the mesh where it is not given; where it is known, the floor that things
+    stand on, and in metres the room round them, are of no object. Raises InputError for a mesh
+    without area, and for one in too many pieces.
     """
     surface = without_loose_strips(clean_mesh(mesh))
     samples = _samples(surface)
     upwards = mesh.up if up is None else up
-    floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
-    bodies = _by_area(surface, find_bodies(surface, floor))
+    around = None
+    if upwards is not None:
+        around = find_surroundings(surface, samples, unit_vector(upwards), metric=metric)
+    taken = None
+    if around is not None:
+        surface, taken = cut_off(surface, around.triangles, around.planes)
+        samples = _samples(surface)
+    bodies = _by_area(surface, find_bodies(surface, taken), taken)
     labels = find_regions(surface, bodies)
     _check_objects(surface, bodies[labels >= 0])
-    connected, said = _connected(surface)
+    connected, said = _connected(surface, bodies)
     count = int(labels.max()) + 1
     # the sides of triangles in no region are determined by their sheets
     pieces = np.where(labels >= 0, labels, count + surface.sheets)
     sides = find_sides(surface, samples, bodies, pieces, int(pieces.max()) + 1)
     surface = _turned(surface, labels, pieces, sides)
     seen = np.where(sides.hidden[pieces], -1, labels)
-    found = flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces])
+    sizes = sizes_of(surface.corners, bodies)
+    found = flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces], sizes)
     flat = np.zeros(len(sides.hidden), dtype=bool)
     flat[[piece for f in found for piece in f.pieces]] = True
     rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces], sides.sheets[pieces])
     body_of = np.zeros(len(sides.hidden), dtype=np.int64)
     body_of[pieces] = bodies
     solids = Solids.of(surface, bodies)
+    # the surroundings, the last object, are none
+    none = -1 if taken is None else int(bodies.max())
     regions = [
-        _moved(left, surface.centre)
+        _moved(replace(left, body=-1) if left.body == none else left, surface.centre)
         for f in found
         for region in _faces_of(f, body_of, sides)
         for left in solids.uncovered(region, surface.sheets[np.isin(pieces, f.pieces)])
@@ -80,7 +91,11 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     return assemble_scene(
         mesh.name,
         regions,
-        replace(rest, points=rest.points + surface.centre),
+        replace(
+            rest,
+            points=rest.points + surface.centre,
+            bodies=np.where(rest.bodies == none, -1.0, rest.bodies),
+        ),
         up=upwards,
         metric=metric,
         whole=connected,
@@ -109,10 +124,16 @@ def _check_objects(surface: Surface, bodies: Indices) -> None:
         )
 
 
-def _connected(surface: Surface) -> tuple[bool, tuple[str, ...]]:
-    """Whether triangles make a surface together, with a warning if not."""
+def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]]:
+    """Whether triangles make a surface together, with a warning if not; those that are an object by
+    themselves are of no other.
+    """
     lone = surface.lone
-    share = float(surface.areas[lone].sum() / surface.areas.sum())
+    several = (np.bincount(bodies) > 1)[bodies]
+    if not several.any():
+        several[:] = True
+    lone, areas = lone[several], surface.areas[several]
+    share = float(areas[lone].sum() / areas.sum())
     if len(lone) == 1 or share <= MOST_LONE:
         return True, ()
     return False, (
@@ -121,9 +142,12 @@ def _connected(surface: Surface) -> tuple[bool, tuple[str, ...]]:
     )
 
 
-def _by_area(surface: Surface, bodies: Indices) -> Indices:
-    """The objects numbered by their surface, the largest first."""
-    order = np.argsort(-np.bincount(bodies, surface.areas), kind="stable")
+def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None) -> Indices:
+    """The objects numbered by their surface, the largest first, but what is `taken` (m,) last."""
+    areas = np.bincount(bodies, surface.areas)
+    if taken is not None:
+        areas[bodies[taken]] = 0.0
+    order = np.argsort(-areas, kind="stable")
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
     return number[bodies]

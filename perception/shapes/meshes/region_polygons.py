@@ -11,7 +11,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import Indices, by_group, joined
+from facetlog.perception.grouped import Indices, by_group, group_sums, joined
 from facetlog.perception.polygons import find_union, make_valid
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
@@ -63,10 +63,13 @@ class _Frame:
         return flat
 
 
-def flat_pieces(surface: Surface, labels: Indices, owners: Indices) -> tuple[Piece, ...]:
+def flat_pieces(
+    surface: Surface, labels: Indices, owners: Indices, sizes: FloatArray
+) -> tuple[Piece, ...]:
     """Regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be one.
 
-    Pieces of one owner that lie in one plane, face one way and touch become one region, of body 0.
+    Pieces of one owner that lie in one plane, face one way and touch become one region, of body 0,
+    by the size (m,) of the object that each triangle is of.
     """
     rows = np.flatnonzero(labels >= 0)
     if not len(rows):
@@ -77,34 +80,36 @@ def flat_pieces(surface: Surface, labels: Indices, owners: Indices) -> tuple[Pie
     count = len(names)
     moments = Moments.of(surface, rows, labels[rows], count)
     fits = moments.fits()
-    owner = np.zeros(count, dtype=np.int64)
-    owner[labels[rows]] = owners[rows]
-    planes = _coplanar(surface, fits, owner)
+    owner, size = np.zeros(count, dtype=np.int64), np.zeros(count)
+    owner[labels[rows]], size[labels[rows]] = owners[rows], sizes[rows]
+    planes = _coplanar(fits, owner, size)
     frames = moments.joined(planes, int(planes.max()) + 1).fits()
     loops = _Outlines.of(surface, labels, count)
     found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]] = []
     for own in by_group(planes):
         frame = _Frame.of(frames, int(planes[own[0]]))
         polygons = [loops.polygon(int(piece), frame) for piece in own]
-        found += ((p, frame, members) for p, members in _merged(polygons, own, surface.size))
+        merged = _merged(polygons, own, float(size[own[0]]))
+        found += ((polygon, frame, members) for polygon, members in merged)
     if not found:
         return ()
-    return _regions(moments, found, names, surface.size)
+    return _regions(moments, found, names, size)
 
 
 def _regions(
     moments: Moments,
     found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]],
     names: Indices,
-    size: float,
+    sizes: FloatArray,
 ) -> tuple[Piece, ...]:
-    """Pieces with planes of their own, fitted to what they were made of."""
+    """Pieces with planes of their own, fitted to what they were made of, in objects of `sizes`."""
     region_of = np.full(len(moments.areas), -1, dtype=np.int64)
     for nth, (_, _, members) in enumerate(found):
         region_of[list(members)] = nth
     fits = moments.joined(region_of, len(found)).fits()
     pieces = []
     for nth, (polygon, frame, members) in enumerate(found):
+        size = float(sizes[members[0]])
         plane = fitted_plane(fits, nth, size)
         region = _region(polygon, frame, plane, float(fits.rms[nth]), size)
         if region is not None:
@@ -112,16 +117,20 @@ def _regions(
     return tuple(pieces)
 
 
-def _coplanar(surface: Surface, fits: Fits, owner: Indices) -> Indices:
-    """The plane (r,) that each piece lies in, together with others of its owner."""
-    # offsets about the middle of all, where the tilt matters least
-    offsets = (fits.normals * fits.middles).sum(axis=1)
-    flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * surface.size)
+def _coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
+    """The plane (r,) that each piece lies in, together with others of its owner, as large as it."""
+    # offsets about the middle of each owner's, where the tilt matters least
+    group = np.unique(owner, return_inverse=True)[1]
+    count = int(group.max()) + 1
+    middles = group_sums(group, fits.areas[:, None] * fits.middles, count)
+    middles /= group_sums(group, fits.areas, count)[:, None]
+    offsets = (fits.normals * (fits.middles - middles[group])).sum(axis=1)
+    flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * sizes)
     # owners lie further apart than what is in one plane
     place = np.column_stack(
         [
             fits.normals[flat] / COPLANAR,
-            offsets[flat] / (COPLANAR_SHARE * surface.size),
+            offsets[flat] / (COPLANAR_SHARE * sizes[flat]),
             2.0 * owner[flat],
         ]
     )

@@ -1,12 +1,13 @@
 """Flat regions and the rest of the surface as a scene: shared vertices, edges, faces, objects."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.flat_faces import plane_axes, vector_area
+from facetlog.perception.grouped import by_group
 from facetlog.perception.polygons import make_polygon, triangulate
 from facetlog.perception.scene import Body, Edge, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
@@ -43,16 +44,15 @@ def assemble_scene(
     """
     kept, left, said = _largest(list(regions))
     rest = _with_regions(rest, left)
-    everything = np.concatenate([*(r.outline for r in kept), rest.points.reshape(-1, 3)])
-    size = float(np.linalg.norm(np.ptp(everything, axis=0))) if len(everything) else 0.0
-    faces, vertices = faces_with_shared_corners(kept, size)
+    sizes = _extents(kept, rest)
+    faces, vertices = faces_with_shared_corners(kept, sizes)
     sides = dict.fromkeys(
         (min(a, b), max(a, b))
         for face in faces
         for ring in (face.outline, *face.holes)
         for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)
     )
-    patches, patch_bodies, reaching = _patches(rest, len(vertices), size, up)
+    patches, patch_bodies, reaching = _patches(rest, len(vertices), sizes, up)
     faces_of: dict[int, list[int]] = defaultdict(list)
     patches_of: dict[int, list[int]] = defaultdict(list)
     for i, region in enumerate(kept):
@@ -75,6 +75,19 @@ def assemble_scene(
         patches=patches,
         bodies=bodies,
     )
+
+
+def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
+    """The diagonal of the box round each object, by its number; -1 is what is of none."""
+    points: dict[int, list[FloatArray]] = defaultdict(list)
+    for region in regions:
+        points[region.body].append(region.outline)
+    for own in by_group(rest.bodies.astype(np.int64)):
+        points[int(rest.bodies[own[0]])].append(rest.points[own])
+    return {
+        number: float(np.linalg.norm(np.ptp(np.concatenate(parts), axis=0)))
+        for number, parts in points.items()
+    }
 
 
 def unit_vector(up: ArrayLike) -> FloatArray:
@@ -116,18 +129,18 @@ def _largest(
 
 
 def _patches(
-    rest: Rest, count: int, size: float, up: ArrayLike | None
+    rest: Rest, count: int, sizes: Mapping[int, float], up: ArrayLike | None
 ) -> tuple[tuple[Patch, ...], tuple[int, ...], tuple[Vertex, ...]]:
     """One patch for each object that has any rest, the objects' numbers, and the extreme vertices
     of the patches, numbered from `count`.
     """
     numbers = np.unique(rest.bodies).astype(int).tolist() if len(rest.points) else []
     exactly = () if up is None else (np.asarray(up, dtype=np.float64),)
-    cov = (LENGTH_RESOLUTION * size) ** 2 * np.eye(3)
     patches: list[Patch] = []
     reaching: list[Vertex] = []
     for number in numbers:
         own = rest.bodies == number
+        cov = (LENGTH_RESOLUTION * sizes[number]) ** 2 * np.eye(3)
         points = rest.points[own]
         # points of no area are the noise of faces, and do not extend them
         far = points[rest.areas[own] > 0.0]

@@ -1,6 +1,6 @@
 """Regions as faces that share vertices: corners that lie as near as they are uncertain are one."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +38,7 @@ class _Rings:
     owners: tuple[int, ...]
 
     @classmethod
-    def of(cls, regions: Sequence[FlatRegion], size: float) -> "_Rings":
+    def of(cls, regions: Sequence[FlatRegion], sizes: Mapping[int, float]) -> "_Rings":
         rings = [
             (k, r) for k, region in enumerate(regions) for r in (region.outline, *region.holes)
         ]
@@ -47,11 +47,12 @@ class _Rings:
             ends.append(range(start, start + len(ring)))
             start += len(ring)
         owner = np.repeat([k for k, _ in rings], [len(ring) for _, ring in rings])
-        sds = np.array([max(r.corner_sd, LENGTH_RESOLUTION * size) for r in regions])[owner]
+        size = np.array([sizes[region.body] for region in regions])[owner]
+        sds = np.array([region.corner_sd for region in regions])[owner]
         shorter = np.concatenate([_shorter_sides(ring) for _, ring in rings])
         return cls(
             np.concatenate([ring for _, ring in rings]),
-            sds,
+            np.maximum(sds, LENGTH_RESOLUTION * size),
             np.minimum(SIDE_SHARE * shorter, WIDEST * size),
             np.array([region.body for region in regions], dtype=np.int64)[owner],
             tuple(ends),
@@ -106,15 +107,15 @@ def _shorter_sides(ring: FloatArray) -> FloatArray:
 
 
 def faces_with_shared_corners(
-    regions: Sequence[FlatRegion], size: float
+    regions: Sequence[FlatRegion], sizes: Mapping[int, float]
 ) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
     """The regions as faces in their order, and the vertices, those of the first face first.
 
-    Corners of one object within 3 sd are one vertex; `size` is the extent of all that there is.
+    Corners of one object within 3 sd are one vertex; `sizes` are the extents of the objects.
     """
     if not regions:
         return (), ()
-    corners = _Rings.of(regions, size)
+    corners = _Rings.of(regions, sizes)
     labels, vertices = corners.merged()
     merged = [_without_repeats(labels[own].tolist()) for own in map(list, corners.ends)]
     # merging would fold these rings, or push a hole across its outline: they keep their own corners

@@ -67,6 +67,7 @@ def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
         item,
         up=item.up if up or item.up else then_up,
         unit=item.unit if unit or item.unit else then_unit,
+        override=item.override or "override" in row["read_as"].split() or None,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any, Self
 from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import (
+    FORMATS_WITH_UP,
     FROM_THE_FLOOR,
     NOT_GIVEN,
     ShapeOptions,
@@ -34,9 +35,9 @@ class Settings:
     """What is the same for all scenes of a run: models, and how raw shapes are read.
 
     `up` is x, y, z, -x, -y, -z, a vector as 0,0.1,1, auto or none; `unit` m, cm, mm, in, ft or
-    none; `sensor` the place x,y,z from which the points of clouds were seen, or none. `seconds` is
-    the processor time that one scene may take; by the clock it may take five times that, and so may
-    all judging of it.
+    none; `sensor` the place x,y,z from which the points of clouds were seen, or none. With
+    `override` up and unit go before what a file states. `seconds` is the processor time that one
+    scene may take; by the clock it may take five times that, and so may all judging of it.
     `memory_mb` is what one worker may take; None: its share of the memory there is. With `profile`
     workers say where their time went, with `raw` verdicts have no confidence. What cannot be
     understood is an InputError.
@@ -52,6 +53,7 @@ class Settings:
     profile: bool = False
     raw: bool = False
     sensor: str = NOT_GIVEN
+    override: bool = False
 
     def __post_init__(self) -> None:
         up_from(self.up)
@@ -87,7 +89,8 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A scene to classify, by the path that its row has; `up` and `unit` go before the settings'.
+    """A scene to classify, by the path that its row has; `up` and `unit` go before the settings',
+    and with `override` before what the file states.
 
     `file` is where its content is, where that is another path.
     """
@@ -96,6 +99,7 @@ class Item:
     up: str | None = None
     unit: str | None = None
     file: str | None = None
+    override: bool | None = None
 
     @property
     def place(self) -> str:
@@ -117,7 +121,9 @@ class Item:
         up = (self.up or settings.up).replace(" ", "")  # a vector in a table may have some
         unit = self.unit or settings.unit
         seen = f" sensor={settings.sensor}" if sensor_from(settings.sensor) else ""
-        return f"up={up} unit={unit}{seen} {settings.judged_as}"
+        states = self.path.lower().endswith(FORMATS_WITH_UP)
+        override = " override" if states and (settings.override or self.override) else ""
+        return f"up={up} unit={unit}{seen}{override} {settings.judged_as}"
 
 
 def stated_options(read_as: str) -> tuple[str | None, str | None]:
@@ -134,4 +140,7 @@ def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     """How a shape is read that does not say itself where up is and what its lengths are."""
     up = item.up or settings.up
     unit = unit_from(item.unit or settings.unit)
-    return ShapeOptions(up_from(up), up == FROM_THE_FLOOR, unit, sensor_from(settings.sensor))
+    override = settings.override or bool(item.override)
+    return ShapeOptions(
+        up_from(up), up == FROM_THE_FLOOR, unit, sensor_from(settings.sensor), override
+    )

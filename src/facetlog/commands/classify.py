@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.scene.shape import OverrideFile
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.counted import many
 from facetlog.errors import InputError
@@ -94,6 +95,7 @@ def classify_command(
             "--sensor", metavar="X,Y,Z", help="Of clouds: from where the points were seen, or none."
         ),
     ] = NONE,
+    override_file: OverrideFile = False,
     timeout: Annotated[
         float,
         typer.Option(
@@ -182,6 +184,7 @@ def classify_command(
         profile,
         raw,
         sensor.replace(" ", ""),
+        override_file,
     )
     known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)
@@ -248,7 +251,10 @@ def _items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item",
     if not labels:
         return tuple(map(Item, paths))
     found = ((path, labels.get(os.path.realpath(path))) for path in paths)
-    return tuple(Item(p) if label is None else Item(p, label.up, label.unit) for p, label in found)
+    return tuple(
+        Item(path) if label is None else Item(path, label.up, label.unit, override=True)
+        for path, label in found
+    )
 
 
 @contextmanager

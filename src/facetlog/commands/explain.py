@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.page_file import Html, write_page
-from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, as_given, options_given
+from facetlog.commands.scene.shape import (
+    AUTO,
+    NONE,
+    OverrideFile,
+    Sensor,
+    Unit,
+    Up,
+    as_given,
+    options_given,
+)
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
 from facetlog.output_file import Overwrite
@@ -66,6 +75,7 @@ def why_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
 ) -> int:
     """Says why a model holds, or where a face, a piece or a fact comes from.
 
@@ -84,7 +94,7 @@ def why_command(
 
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor),
+        stated=(up, unit, sensor, override_file),
         overwrite=overwrite,
         trust=trust,
         raw=raw,
@@ -110,6 +120,7 @@ def why_not_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
 ) -> int:
     """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
     from facetlog.query_shell.explaining import unknown_subject, why_not
@@ -124,7 +135,7 @@ def why_not_command(
 
     return _explained(
         *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor),
+        stated=(up, unit, sensor, override_file),
         overwrite=overwrite,
         trust=trust,
         as_json=as_json,
@@ -140,7 +151,7 @@ def _explained(
     models: list[Path] | None,
     html: Path | None,
     *,
-    stated: tuple[str, str, str],
+    stated: tuple[str, str, str, bool],
     overwrite: bool,
     trust: bool,
     raw: bool = False,

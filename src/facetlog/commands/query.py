@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from facetlog.commands.page_file import Html, answers_to, write_page
-from facetlog.commands.scene.shape import AUTO, NONE, Sensor, Unit, Up, options_given
+from facetlog.commands.scene.shape import AUTO, NONE, OverrideFile, Sensor, Unit, Up, options_given
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
 from facetlog.output_file import Overwrite
@@ -44,6 +44,7 @@ def query_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
 ) -> int:
     """Asks scenes. Without a goal: a prompt, or goals from standard input.
 
@@ -71,7 +72,7 @@ def query_command(
         if goal is None or len(paths) != 1 or len(list(split_goals(goal))) != 1:
             raise InputError("--html is of one scene and one goal: give both")
     limits = Limits() if timeout is None else Limits(seconds=timeout)
-    options = options_given(up, unit, sensor)
+    options = options_given(up, unit, sensor, override_file)
     with Session(trust=trust, limits=limits, options=options) as session:
         session.load_models(models or ())
         session.load_scenes(paths)

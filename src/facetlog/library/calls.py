@@ -237,9 +237,9 @@ def _measured(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]"
     up, unit = _stated(stated.up), _unit(stated.unit)
     _up(up)  # a word that is none is refused before any long work
     if isinstance(source, Scene):
-        return as_stated(source, ShapeOptions(_up(up), up is None, unit)), None
+        return as_stated(source, ShapeOptions(_up(up), up is None, unit, override=True)), None
     if isinstance(source, Result):
-        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit)), None
+        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit, override=True)), None
     if not isinstance(source, str | Path):
         view_set = _view_set(source, up)
         return _reconstructed(view_set), view_set
@@ -265,7 +265,9 @@ def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
             f"{path} does not exist: give a scene, mesh or cloud, or the folder of one"
         )
     inside = _written_scene(path)
-    return read_stated(inside or path, ShapeOptions(_up(up), up is None, _unit(unit)))
+    return read_stated(
+        inside or path, ShapeOptions(_up(up), up is None, _unit(unit), override=True)
+    )
 
 
 def _written_scene(path: Path) -> Path | None:

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.scene.shape import AUTO, NONE, Scale, Sensor, ShapeArgument, Unit, Up, read
+from facetlog.commands.scene.shape import (
+    AUTO,
+    NONE,
+    OverrideFile,
+    Scale,
+    Sensor,
+    ShapeArgument,
+    Unit,
+    Up,
+    read,
+)
 from facetlog.commands.shared import YES, command
 from facetlog.output_file import Overwrite, check_output_file
 from facetlog.terminal import warn
@@ -35,6 +45,7 @@ def convert_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
     scale: Scale = None,
     pieces: Annotated[
         bool,
@@ -47,7 +58,7 @@ def convert_command(
     """Writes a scene, mesh or cloud in another form; the suffix says which."""
     writers = {PIECES: _write_pieces} if pieces else _WRITERS
     check_output_file(out, "OUT", (shape,), suffixes=tuple(writers), overwrite=overwrite)
-    scene = read(shape, up, unit, sensor, scale).scene
+    scene = read(shape, up, unit, sensor, scale, override=override_file).scene
     for line in scene.warnings:
         warn(line)
     writers[out.suffix.lower()](scene, out)

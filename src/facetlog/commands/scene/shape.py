@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AUTO",
     "NONE",
+    "OverrideFile",
     "Scale",
     "Sensor",
     "Shape",
@@ -58,9 +59,14 @@ Sensor = Annotated[
     ),
 ]
 
+OverrideFile = Annotated[
+    bool,
+    typer.Option(
+        "--override-file", help="--up and --unit go before what a file states (glTF, COLLADA)."
+    ),
+]
+
 AUTO, NONE = "auto", "none"
-# Formats that define an axis upwards; of others up is found from a floor or cameras.
-FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
 SCENE_IN_FOLDER = "scene.json"  # as -o writes it
 
 
@@ -73,25 +79,29 @@ class Shape:
     unit_known: str
 
 
-def read(path: Path, up: str, unit: str, sensor: str, scale: str | None) -> Shape:
+def read(
+    path: Path, up: str, unit: str, sensor: str, scale: str | None, *, override: bool = False
+) -> Shape:
     """The scene of a file or folder, with options in the words of the command line.
 
     Raises InputError for words that are none, and for what cannot be read.
     """
     from facetlog.perception.facts.known_length import KnownLength, with_known_length
     from facetlog.perception.shapes.read_shape import read_stated
-    from facetlog.perception.shapes.shape_options import says_itself
+    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP, says_itself
 
     known = None if scale is None else KnownLength.parse(scale)
-    options = options_of(up, unit, sensor)
+    options = options_of(up, unit, sensor, override)
     if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
         path = path / SCENE_IN_FOLDER
     scene = read_stated(path, options)
     itself = says_itself(str(path))
     if itself and sensor != NONE:
         warn(f"{path}: a scene says from where it was seen itself; --sensor does not count")
-    how_up = _how_up(path, scene, itself=itself, given=options.up is not None)
-    how_unit = "given" if options.unit else "as the file says"
+    # formats that define an axis define a unit as well
+    given = override or path.suffix.lower() not in FORMATS_WITH_UP
+    how_up = _how_up(path, scene, itself=itself, given=given and options.up is not None)
+    how_unit = "given" if given and options.unit else "as the file says"
     if known is not None:
         scene, found = with_known_length(scene, known)
         how_unit = f"by the known length: {found}"
@@ -102,7 +112,7 @@ def read(path: Path, up: str, unit: str, sensor: str, scale: str | None) -> Shap
     )
 
 
-def options_of(up: str, unit: str, sensor: str) -> "ShapeOptions":
+def options_of(up: str, unit: str, sensor: str, override: bool = False) -> "ShapeOptions":
     """What these words of the command line state; InputError for words that are none."""
     from facetlog.perception.shapes.shape_options import (
         ShapeOptions,
@@ -113,27 +123,30 @@ def options_of(up: str, unit: str, sensor: str) -> "ShapeOptions":
 
     up, unit = up.lower(), unit.lower()
     return ShapeOptions(
-        up_from(up), find_floor=up == AUTO, unit=unit_from(unit), sensor=sensor_from(sensor)
+        up_from(up), up == AUTO, unit_from(unit), sensor_from(sensor), override=override
     )
 
 
-def options_given(up: str, unit: str, sensor: str) -> "ShapeOptions | None":
+def options_given(up: str, unit: str, sensor: str, override: bool = False) -> "ShapeOptions | None":
     """The same, or None where none of the words states anything."""
-    return None if (up, unit, sensor) == (AUTO, NONE, NONE) else options_of(up, unit, sensor)
+    given = (up, unit, sensor) != (AUTO, NONE, NONE)
+    return options_of(up, unit, sensor, override) if given else None
 
 
-def as_given(up: str, unit: str, sensor: str) -> str:
+def as_given(up: str, unit: str, sensor: str, override: bool = False) -> str:
     """These options as they were given, each with a blank behind it; empty for none.
 
     >>> as_given("z", "none", "0,-1,2")
     '--up=z --sensor=0,-1,2 '
     """
     given = (("--up", up, AUTO), ("--unit", unit, NONE), ("--sensor", sensor, NONE))
-    return "".join(f"{quote(f'{name}={word}')} " for name, word, none in given if word != none)
+    words = [quote(f"{name}={word}") for name, word, none in given if word != none]
+    return "".join(f"{word} " for word in (*words, *(("--override-file",) if override else ())))
 
 
 def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
     from facetlog.perception.shapes.regions.up_direction import FROM_CAMERAS
+    from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP
 
     if given:
         return "given"

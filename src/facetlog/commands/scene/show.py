@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-from facetlog.commands.scene.shape import AUTO, NONE, Scale, Sensor, ShapeArgument, Unit, Up, read
+from facetlog.commands.scene.shape import (
+    AUTO,
+    NONE,
+    OverrideFile,
+    Scale,
+    Sensor,
+    ShapeArgument,
+    Unit,
+    Up,
+    read,
+)
 from facetlog.commands.shared import YES, AsJson, command
 from facetlog.output_file import Overwrite, check_output_file
 from facetlog.terminal import one_line, warn
@@ -23,6 +33,7 @@ def show_command(
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    override_file: OverrideFile = False,
     scale: Scale = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="PNG", help="Draws it into this file.")
@@ -35,7 +46,7 @@ def show_command(
 
     if out is not None:
         check_output_file(out, "-o", (shape,), suffixes=(PICTURE_SUFFIX,), overwrite=overwrite)
-    found = read(shape, up, unit, sensor, scale)
+    found = read(shape, up, unit, sensor, scale, override=override_file)
     if out is not None:
         from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
         from facetlog.perception.whole_file import write_whole
