@@ -21,6 +21,7 @@ from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.terms import Atom, Clause, Struct, Text
+from facetlog.plain_text import plain_text
 
 __all__ = ["Program", "compiled"]
 
@@ -56,8 +57,9 @@ class Program:
             last = kind
         for name, text in self.own_words:
             # Line for line, so that a fault names its place.
-            pieces.append(f"\n% {name}\n{_DIRECTIVE.sub('', text).rstrip()}")
-        return "\n".join(pieces) + "\n"
+            heading = name.replace("\n", " ")
+            pieces.append(f"\n% {heading}\n{_DIRECTIVE.sub('', text).rstrip()}")
+        return plain_text("\n".join(pieces) + "\n")
 
 
 def compiled(analysis: Analysis) -> Program:

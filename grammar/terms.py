@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from facetlog.plain_text import plain_text
+
 __all__ = ["ANYTHING", "Atom", "Clause", "Struct", "Term", "Text", "Var", "variables"]
 
 WIDTH = 96
@@ -86,7 +88,7 @@ class Clause:
         head = _without(self.head, once)
         lines = []
         if self.place:
-            lines.append(f"% {self.place}  {self.says}".rstrip())
+            lines.append(f"% {self.place}  {self.says}".rstrip().replace("\n", " "))
         lead = _laid_out(head, 0)
         if not self.body:
             return "\n".join([*lines, f"{lead}."])
@@ -124,7 +126,7 @@ def _without(term: Term, once: set[Var]) -> Term:
 
 def _escaped(text: str, quote: str) -> str:
     pieces = []
-    for letter in text:
+    for letter in plain_text(text):
         if letter in ("\\", quote):
             pieces.append("\\" + letter)
         elif letter == "\n":

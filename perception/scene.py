@@ -20,6 +20,7 @@ from facetlog.perception.types import (
     PositionLabel,
     frozen,
 )
+from facetlog.plain_text import plain_text
 
 __all__ = [
     "Body",
@@ -282,6 +283,10 @@ class Scene:
         return f"<Scene {self.name!r}: {counts}>"
 
     def __post_init__(self) -> None:
+        # What names files may be no text, which no file of ours and no engine takes.
+        object.__setattr__(self, "name", plain_text(self.name))
+        for texts in ("views", "warnings"):
+            object.__setattr__(self, texts, tuple(map(plain_text, getattr(self, texts))))
         if self.up is not None:
             object.__setattr__(self, "up", frozen(self.up, 3))
         count = len(self.vertices)

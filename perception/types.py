@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import CalibrationError
+from facetlog.plain_text import plain_text
 
 __all__ = [
     "Camera",
@@ -201,6 +202,7 @@ class View:
     """How far the pose may be off, (6, 6) as in `PoseErrors`, where its source states it."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "name", plain_text(self.name))
         if self.image.shape != (self.camera.height, self.camera.width):
             raise CalibrationError(
                 f"{self.name}: the picture is {self.image.shape[1]} x {self.image.shape[0]}, "

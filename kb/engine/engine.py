@@ -12,6 +12,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from importlib.resources import files
@@ -21,6 +22,8 @@ from typing import Any, TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.python_predicates import called
+from facetlog.plain_text import plain_text
+from facetlog.regular_file import check_current_folder
 
 __all__ = [
     "MINIMUM_VERSION",
@@ -241,8 +244,10 @@ def start() -> Engine:
 
 @cache
 def _started() -> Engine:
+    check_current_folder()  # SWI-Prolog crashes without one
     try:
-        core = _pyswip_core()
+        with _plain_arguments():
+            core = _pyswip_core()
     except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
         raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
     version = _version(core.PL_VERSION)
@@ -254,6 +259,16 @@ def _started() -> Engine:
         raise EngineError("the knowledge base's own Prolog files cannot be loaded")
     engine.register("facetlog_bridge", "python", called)
     return engine
+
+
+@contextmanager
+def _plain_arguments() -> Iterator[None]:
+    """Have arguments that are no UTF-8 escaped: pyswip hands them all to SWI-Prolog."""
+    given, sys.argv = sys.argv, [*map(plain_text, sys.argv)]
+    try:
+        yield
+    finally:
+        sys.argv = given
 
 
 def _pyswip_core() -> Any:

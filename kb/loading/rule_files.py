@@ -17,13 +17,14 @@ from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
 from facetlog.kb.loading.promised_facts import asks_on_demand
 from facetlog.kb.loading.rule_source import RuleSource, rule_sources
 from facetlog.kb.loading.rule_text import rule_text
+from facetlog.plain_text import plain_text
 
 __all__ = ["RuleFiles"]
 
 
 def _reported(message: str, source: RuleSource) -> str:
     """What is wrong with compiled text, reported for the files that it was made from."""
-    place = re.compile(rf"^{re.escape(str(source.path))}:(\d+):\d+", re.MULTILINE)
+    place = re.compile(rf"^{re.escape(plain_text(str(source.path)))}:(\d+):\d+", re.MULTILINE)
     return place.sub(lambda found: source.place(int(found[1])), message)
 
 
@@ -59,7 +60,7 @@ class RuleFiles:
 
     def load_builtin(self, path: Path) -> None:
         """Loads a file that belongs to facetlog."""
-        source, name = RuleSource(path, rule_text(path), ()), Atom(str(path))
+        source, name = RuleSource(path, rule_text(path), ()), Atom(plain_text(str(path)))
         rules = self._read("load_builtin", name, source, trusted=True, state=self._base)
         self._name_models(rules, state=self._base)
         self._builtin.append(replace(rules, own=False))
@@ -77,7 +78,7 @@ class RuleFiles:
         path, trusted = source.path, trusted and not source.is_compiled
         operation = "load_trusted_rules" if trusted else "load_rules"
         module = f"{self._base}:rules{next(self._numbers)}"
-        rules = Struct("rules", (Atom(module), Atom(str(path)), source.text))
+        rules = Struct("rules", (Atom(module), Atom(plain_text(str(path))), source.text))
         loaded = self._read(operation, rules, source, trusted=trusted, state=module)
         with self._lock:
             before = self._users.get(path)

@@ -23,6 +23,9 @@ def run() -> "NoReturn":
 
         for name in ONE_THREAD:
             os.environ.setdefault(name, "1")
+        from facetlog.plain_text import open_streams
+
+        open_streams()
         from facetlog.cli import main
 
         code = main(sys.argv[1:])

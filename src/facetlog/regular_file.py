@@ -18,6 +18,7 @@ __all__ = [
     "MOST_BYTES",
     "MOST_SCENE_BYTES",
     "MOST_SHAPE_BYTES",
+    "check_current_folder",
     "check_regular",
     "open_regular",
     "read_regular",
@@ -47,6 +48,14 @@ def check_regular(path: Path) -> None:
         return
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise InputError(f"{path}: {IRREGULAR}")
+
+
+def check_current_folder() -> None:
+    """Raise InputError if the current folder was removed: no relative path means anything there."""
+    try:
+        Path.cwd()
+    except OSError as exc:
+        raise InputError("the current folder was removed: change to one that exists") from exc
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import typer
 
 from facetlog.errors import FacetlogError, InputError, RuleSyntaxError
 from facetlog.perception.step_clock import StepClock, StepTime
+from facetlog.plain_text import plain_text
 
 if TYPE_CHECKING:
     from facetlog.pipeline import Progress
@@ -74,7 +75,7 @@ def printable(text: str) -> str:
     >>> printable("  a\\x1b[31mb")
     '  a [31mb'
     """
-    return "".join(c if c.isprintable() else " " for c in text)
+    return "".join(c if c.isprintable() else " " for c in plain_text(text))
 
 
 def one_line(text: str) -> str:

@@ -7,8 +7,9 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,10 @@ from facetlog.batch.content import content_hash
 from facetlog.batch.dask_cluster import package_of, work
 from facetlog.batch.engine import SceneEngine
 from facetlog.batch.output import read_rows
+from facetlog.batch.pool import Pool, Task
 from facetlog.batch.settings import Item, Settings
 from facetlog.cli import main
-from facetlog.errors import InputError
+from facetlog.errors import EngineError, InputError
 from facetlog.perception.surfaces.exact_solids.polyhedra import chair, cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import hash_of
@@ -109,6 +111,60 @@ def test_models_are_sent_with_all_that_they_are_made_of(tmp_path: Path) -> None:
     unpacked = dask_cluster._unpacked(package, "digest of this test")
     texts = [Path(path).read_text() for path in unpacked.models]
     assert texts == [MODEL, MODEL.replace("slab", "block")]
+
+
+class _Slow:
+    """A client, and the one task that it is handed; `threads` are the workers' each time asked."""
+
+    key, status = "task", "finished"
+
+    def __init__(self, *threads: int) -> None:
+        self.threads = list(threads)
+
+    def nthreads(self) -> dict[str, int]:
+        if not self.threads:
+            raise OSError("connection refused")
+        return {"worker": self.threads.pop(0)}
+
+    def submit(self, *_: object, **__: object) -> "_Slow":
+        return self
+
+    def add_done_callback(self, told: Callable[["_Slow"], None]) -> None:
+        threading.Timer(0.5, told, (self,)).start()
+
+    def result(self) -> list[tuple[bool, bytes]]:
+        return [(False, b"{}")]
+
+    def release(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("threads", "warned"), [(0, 1), (2, 0)])
+def test_a_cluster_without_workers_is_named_once_and_waited_for(
+    threads: int,
+    warned: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(dask_cluster, "LOOKED_SECONDS", 0.05)
+    tasks = map(Task, scene_files(tmp_path, "box-1"))
+    with fake_workers(), Pool(Settings()) as pool:
+        client = _Slow(*[threads] * 100)
+        answers = list(dask_cluster.Cluster(client, Settings(), pool, "tcp://a:1").answers(tasks))
+    assert [answer.line for answer in answers] == [b"{}"]
+    assert capsys.readouterr().err.count("tcp://a:1 has no workers") == warned
+
+
+def test_a_scheduler_that_goes_away_ends_the_run_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_cluster, "LOOKED_SECONDS", 0.05)
+    tasks = map(Task, scene_files(tmp_path, "box-1"))
+    with fake_workers(), Pool(Settings()) as pool:
+        cluster = dask_cluster.Cluster(_Slow(1), Settings(), pool, "tcp://a:1")
+        with pytest.raises(EngineError, match="the cluster went away"):
+            list(cluster.answers(tasks))
 
 
 def test_no_scheduler_at_the_address_is_one_line(

@@ -113,3 +113,19 @@ def test_a_glob_over_folders_follows_no_links_among_them(
     for pattern in ("a/**/*.json", "**/*.json", "a/**", "**/a/**/*.json"):
         assert scene_paths([pattern]) == found
     assert scene_paths([f"{tmp_path}/**/*.json"]) == tuple(f"{tmp_path}/{name}" for name in found)
+
+
+@pytest.mark.parametrize(
+    ("data", "paths"),
+    [
+        (b"a b\n# no\n\nc\r\n", ("a b", "c")),
+        (b"\xef\xbb\xbfa\nb\n", ("a", "b")),
+        ("a\r\nü\r\n".encode("utf-16"), ("a", "ü")),
+        (b"a\nb\0#c\0", ("a\nb", "#c")),
+    ],
+)
+def test_lists_end_paths_by_lines_or_nuls_in_what_editors_write(
+    data: bytes, paths: tuple[str, ...], tmp_path: Path
+) -> None:
+    (tmp_path / "list").write_bytes(data)
+    assert paths_listed(str(tmp_path / "list")) == paths

@@ -7,10 +7,12 @@ import pytest
 from facetlog.batch.labels import (
     Label,
     Truth,
+    check_model_names,
     classes_labelled,
     classes_named,
     read_labels,
     truths,
+    unknown_labels,
 )
 from facetlog.errors import InputError
 
@@ -45,6 +47,12 @@ def test_a_table_says_what_is_there_and_how_it_is_read(tmp_path: Path) -> None:
         ("", "lacks the column file and label"),
         ("file,what\na,b\n", "lacks the column label"),
         ("file,label\na,b\n./a,c\n", "labels.csv:3: ./a is there twice"),
+        ("file,label\na,\n", "labels.csv:2: has no label"),
+        ("file,label\n,box\n", "labels.csv:2: has no file"),
+        ("file,label\na\n", "labels.csv:2: has no label"),
+        ("file,label\na,box,b\n", "labels.csv:2: has more cells"),
+        ('file,label\na,"box\nb,box\nc,table\n', "is no line of a CSV: .*close quotes"),
+        ('file,label\na,"box\nb,"box"\nc,table\n', "is no line of a CSV: .*close quotes"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_one_line(text: str, says: str, tmp_path: Path) -> None:
@@ -52,11 +60,33 @@ def test_a_table_that_cannot_be_used_is_one_line(text: str, says: str, tmp_path:
         read_labels(_table(tmp_path, text))
 
 
+def test_cells_may_be_separated_as_spreadsheets_do(tmp_path: Path) -> None:
+    for between in ";\t,":
+        path = _table(tmp_path, f"file{between}label\na{between}box\n")
+        assert [label.label for label in read_labels(path).values()] == ["box"]
+
+
+def test_labels_that_are_no_models_are_named_with_what_was_meant() -> None:
+    models = ("box", "table", "step_stool")
+    labels = ("box", "none", "Box", "tabel", "step stool", "near table", "lamp", "desk")
+    said = list(unknown_labels(labels, models, {"desk": Truth("table")}))
+    meant = [line.partition("mean ")[2].partition("?")[0] for line in said[:-1]]
+    assert meant == ["box", "table", "step_stool"]
+    assert said[-1].endswith("none: near table, lamp")
+
+
+def test_a_model_is_not_called_as_what_is_no_model() -> None:
+    check_model_names(["box"])
+    for name in ("none", "error"):
+        with pytest.raises(InputError, match=name):
+            check_model_names(["box", name])
+
+
 def test_a_table_that_is_not_there_or_no_text_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_labels(tmp_path / "absent.csv")
     (tmp_path / "labels.csv").write_bytes(b"file,label\n\xff,\xfe\n")
-    with pytest.raises(InputError, match="is no CSV of labels"):
+    with pytest.raises(InputError, match="is no UTF-8 text"):
         read_labels(tmp_path / "labels.csv")
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -68,6 +69,15 @@ def test_what_works_too_long_is_ended_and_what_waits_its_turn_is_not(
     rows = _rows(scene_files(tmp_path, "box-1", "busy-1", "table-1"), count=1, seconds=0.5)
     assert rows["busy-1"]["error"].endswith("took longer than 0.5 s")
     assert (rows["box-1"]["model"], rows["table-1"]["model"]) == ("box", "table")
+
+
+def test_time_in_which_no_processor_is_free_does_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("facetlog.batch.pool.queued_seconds", lambda _: time.monotonic())
+    monkeypatch.setenv(PAUSE, "3.0")  # twice what it may take by the clock
+    rows = _rows(scene_files(tmp_path, "box-1"), count=1, seconds=0.3)
+    assert rows["box-1"]["error"] is None
 
 
 def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:

@@ -5,12 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from facetlog.batch.labels import NONE, Label, Truth
+from facetlog.batch.labels import ERROR, NONE, Label, Truth
 from facetlog.batch.rows import HOLDS, Row, sureness
 
 __all__ = ["ERROR", "Confusion", "Mistake", "Proportion", "answer"]
 
-ERROR = "error"
 """What a scene without verdicts was answered; never right."""
 
 CONFIDENCE = 0.95

@@ -12,6 +12,7 @@ models' files are sent always, as they are here.
 import atexit
 import hashlib
 import json
+import logging
 import os
 import queue
 import shutil
@@ -35,6 +36,7 @@ from facetlog.errors import EngineError, FacetlogError, InputError, missing_extr
 from facetlog.kb.loading.rule_source import rule_sources
 from facetlog.kb.recognize import rule_files
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
+from facetlog.terminal import warn
 
 __all__ = ["Cluster", "cluster", "work"]
 
@@ -46,6 +48,11 @@ TASKS_PER_THREAD = 3
 
 CONNECT_SECONDS = 10.0
 """How long a scheduler may take to answer."""
+
+LOOKED_SECONDS = 5.0
+"""Without an answer so long, it is looked whether there are workers at all."""
+
+GONE = "the cluster went away or forgot the work: go on with --resume"
 
 Package = dict[str, Any]
 """The settings, and all files of the models by their path below a common folder."""
@@ -61,6 +68,9 @@ def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
         import distributed
     except ImportError as exc:
         raise missing_extra("--dask", "dask.distributed", "dask") from exc
+    # It logs a lost connection in forty lines; what it means is said in one, here.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with Pool(settings) as pool:
         try:
             # Untyped where it is installed.
@@ -69,14 +79,15 @@ def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
         except (OSError, ValueError) as exc:
             raise InputError(f"--dask {address}: no scheduler answers there: {exc}") from exc
         with client:
-            yield Cluster(client, settings, pool)
+            yield Cluster(client, settings, pool, address)
 
 
 class Cluster:
     """The workers of a cluster, as run.py takes them."""
 
-    def __init__(self, client: Any, settings: Settings, pool: Pool) -> None:
+    def __init__(self, client: Any, settings: Settings, pool: Pool, address: str) -> None:
         self._client, self._settings, self._pool = client, settings, pool
+        self._address = address
         self._deaths: Counter[Item] = Counter()
 
     @property
@@ -119,14 +130,14 @@ class Cluster:
             future.add_done_callback(done.put)
 
         def refill() -> None:
-            threads = sum(self._client.nthreads().values()) or 1
+            threads = self._threads() or 1
             while waiting and len(handed) < threads * TASKS_PER_THREAD:
                 count = min(SCENES_PER_TASK, max(1, len(waiting) // (threads * 2)))
                 hand([(waiting.popleft(), None) for _ in range(count) if waiting])
 
         refill()
         while handed:
-            future = done.get()
+            future = self._next_done(done)
             some = handed.pop(future.key)
             if future.status == "finished":
                 for (task, content), found in zip(some, future.result(), strict=True):
@@ -139,6 +150,27 @@ class Cluster:
                 yield from self._lost(some, future, hand)
             future.release()
             refill()
+
+    def _threads(self) -> int:
+        """Return how many threads the workers have; EngineError if the scheduler does not say."""
+        try:
+            return sum(self._client.nthreads().values())
+        except (OSError, TimeoutError) as exc:
+            raise EngineError(GONE) from exc
+
+    def _next_done(self, done: "queue.SimpleQueue[Any]") -> Any:
+        """Wait for the next task that is done, and say so if nobody works at any."""
+        warned = False
+        while True:
+            try:
+                return done.get(timeout=LOOKED_SECONDS)
+            except queue.Empty:
+                if not warned and self._threads() == 0:
+                    warn(
+                        f"the cluster at {self._address} has no workers: start some (dask worker "
+                        f"{self._address}); they are waited for, Ctrl-C ends it"
+                    )
+                    warned = True
 
     def _with_content(self, task: Task, hand: Any) -> Iterator[Answer]:
         """Hands a scene again whose file is not there, with its content if it is here."""
@@ -157,7 +189,7 @@ class Cluster:
 
         error = future.exception() if future.status == "error" else None
         if future.status == "cancelled" or isinstance(error, CancelledError):
-            raise EngineError("the cluster went away or forgot the work: go on with --resume")
+            raise EngineError(GONE)
         if error is None:  # it was done, and its machine went away before the answer was fetched
             hand(some)
             return

@@ -75,7 +75,7 @@ class SceneEngine:
         self._memory_mb = settings.memory_mb or share_mb(1)
         self.spent = False
         """Whether memory ran out: whoever has more scenes takes a fresh process for them."""
-        self._limits = Limits(seconds=settings.seconds)
+        self._limits = Limits(seconds=settings.clock_seconds)
         self._judge = BatchJudge(
             tuple(map(Path, settings.models)),
             trusted=settings.trusted,

@@ -1,5 +1,6 @@
 """Which files are meant: paths, globs, folders and lists of them, each file once, in order."""
 
+import codecs
 import glob
 import os
 import sys
@@ -16,6 +17,7 @@ from facetlog.regular_file import MOST_BYTES, read_regular
 __all__ = ["paths_listed", "scene_paths"]
 
 STDIN = "-"
+UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
@@ -35,6 +37,13 @@ def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str
             "there is no scene to classify: give files, folders or globs, or a list of them"
         )
     return tuple(once.values())
+
+
+def _recoded(data: bytes, source: str) -> bytes:
+    try:
+        return os.fsencode(data.decode("utf-16"))
+    except UnicodeError as exc:
+        raise InputError(f"{source}: the list is no UTF-16 text: {exc}") from exc
 
 
 def _found(source: str) -> tuple[str, ...]:
@@ -90,7 +99,8 @@ def paths_listed(source: str) -> tuple[str, ...]:
     """The paths in a text file, one on a line; '-' is standard input.
 
     Empty lines and lines that begin with # are none; relative paths are so to the current folder,
-    as `find` writes them. Raises InputError if the list cannot be read.
+    as `find` writes them. Where there are NULs, as `find -print0` writes them, they end paths, and
+    lines are none. Raises InputError if the list cannot be read.
     """
     try:
         if source == STDIN:
@@ -103,5 +113,10 @@ def paths_listed(source: str) -> tuple[str, ...]:
         ) from exc
     if len(data) > MOST_BYTES:
         raise InputError(f"{source}: the list is too long: at most {MOST_BYTES:,} bytes")
+    if data.startswith(UTF16):  # as PowerShell writes it
+        data = _recoded(data, source)
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if b"\0" in data:
+        return tuple(filter(None, os.fsdecode(data).split("\0")))
     lines = (line.removesuffix("\r") for line in os.fsdecode(data).split("\n"))
     return tuple(line for line in lines if line.strip() and not line.startswith("#"))

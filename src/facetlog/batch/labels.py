@@ -3,27 +3,43 @@
 import csv
 import io
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.shapes.shape_options import UP_AXES
+from facetlog.query_shell.words import nearest
 from facetlog.regular_file import read_regular_text
 
 __all__ = [
+    "ERROR",
     "NONE",
     "Label",
     "Truth",
+    "check_model_names",
     "classes_labelled",
     "classes_named",
     "read_labels",
     "truths",
+    "unknown_labels",
 ]
 
 NONE = "none"
 """The answer that no model of those asked for holds, and the truth of what is none of them."""
+
+ERROR = "error"
+"""The answer of a scene that has none."""
+
+SEPARATORS = ",;\t"
+
+LETTERS = 2
+"""By which a label may be longer or shorter than the model that was meant: typing errors."""
+
+NAMED = 5
+"""Labels that are named where many are no models."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,23 +69,38 @@ def read_labels(path: Path) -> dict[str, Label]:
 
     A CSV with the columns file and label; up_axis, units and kind may be there as well. Of the
     former two the first word counts: an axis or a unit is taken, any other word ('unknown') means
-    that it is not known, and an empty cell leaves it to the options. Raises InputError for a table
-    that cannot be read, lacks a column, or has a file twice.
+    that it is not known, and an empty cell leaves it to the options. Semicolons or tabs may
+    separate cells, as spreadsheets of some countries write them. Raises InputError for a table that
+    cannot be read, lacks a column, has a file twice, or a line without file or label.
     """
     try:
-        lines = csv.DictReader(io.StringIO(read_regular_text(path), newline=""))
+        text = read_regular_text(path)
+        head = text.partition("\n")[0]
+        between = max(SEPARATORS, key=head.count)
+        lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=between, strict=True)
         missing = {"file", "label"} - set(lines.fieldnames or ())
         if missing:
             raise InputError(f"{path}: lacks the column {' and '.join(sorted(missing))}")
         found: dict[str, Label] = {}
         for line in lines:
+            where = f"{path}:{lines.line_num}"
+            if None in line:
+                raise InputError(f"{where}: has more cells than there are columns: quote commas")
             label = _label(path, line)
+            for name in ("file", "label"):
+                if not (line[name] or "").strip():
+                    raise InputError(f"{where}: has no {name}: give it, or leave the line out")
             if found.setdefault(os.path.realpath(label.file), label) is not label:
-                raise InputError(f"{path}:{lines.line_num}: {line['file']} is there twice")
+                raise InputError(f"{where}: {line['file']} is there twice")
     except OSError as exc:
         raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
-    except (csv.Error, UnicodeDecodeError) as exc:
-        raise InputError(f"{path}: is no CSV of labels: {exc}") from exc
+    except csv.Error as exc:
+        raise InputError(
+            f"{path}:{lines.line_num}: is no line of a CSV: {exc}: close quotes, and double those "
+            "within"
+        ) from exc
+    except UnicodeDecodeError as exc:
+        raise InputError(f"{path}: is no UTF-8 text: {exc}: save it as UTF-8") from exc
     return found
 
 
@@ -96,6 +127,37 @@ def _first_word(text: str, known: Mapping[str, object]) -> str | None:
     if not words:
         return None
     return words[0] if words[0] in known else "none"
+
+
+def check_model_names(models: Iterable[str]) -> None:
+    """Raise InputError for a model whose name is what no answer and an error are called."""
+    for name in models:
+        if name in (NONE, ERROR):
+            raise InputError(f"a model is called {name}, which results say of no model: rename it")
+
+
+def unknown_labels(
+    labels: Iterable[str], models: Collection[str], counted_as: Mapping[str, Truth]
+) -> Iterator[str]:
+    """Say which labels are no models, and so count as none: with the model that is meant, if any.
+
+    >>> list(unknown_labels(["bxo", "lamp", "box"], ["box"], {}))  # doctest: +ELLIPSIS
+    ["label 'bxo' is no model: did you mean box? It counts as none", '1 other label ... none: lamp']
+    """
+    strange = [label for label in dict.fromkeys(labels) if label not in (*models, NONE)]
+    others = []
+    for label in strange:
+        if label in counted_as:
+            continue
+        meant = nearest(label.lower(), models)
+        if meant is not None and abs(len(meant) - len(label)) <= LETTERS:
+            yield f"label {label!r} is no model: did you mean {meant}? It counts as none"
+        else:
+            others.append(label)
+    if others:
+        named = ", ".join(others[:NAMED]) + (", …" if len(others) > NAMED else "")
+        count = many(len(others), "other label is no model", "other labels are no models")
+        yield f"{count} and counted as none: {named}"
 
 
 def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:

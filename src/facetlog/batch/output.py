@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, BinaryIO
 from facetlog.batch.rows import COLUMNS, Row
 from facetlog.errors import InputError, missing_extra
 from facetlog.perception.whole_file import writing_whole
+from facetlog.plain_text import plain_text
 from facetlog.regular_file import open_regular
 
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["FORMATS", "MOST_LINE_BYTES", "check_format", "read_rows", "write_rows"]
+__all__ = ["FORMATS", "MOST_LINE_BYTES", "check_format", "plain_row", "read_rows", "write_rows"]
 
 ROWS_AT_ONCE = 1000
 """Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
@@ -66,22 +67,12 @@ def read_rows(path: Path) -> Iterator[Row]:
         raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
 
 
-def printable(text: str) -> str:
-    """The text as UTF-8 has it: bytes of a path that are no text come as \\xNN.
-
-    >>> printable("a\\udcffb")
-    'a\\\\xffb'
-    """
-    if text.isascii():
-        return text
-    return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-
-
-def _printable_row(row: Row) -> Row:
+def plain_row(row: Row) -> Row:
+    """Return the row with its texts as UTF-8 has them."""
     error = row["error"]
-    said = None if error is None else printable(error)
-    warnings = list(map(printable, row["warnings"]))
-    return {**row, "path": printable(row["path"]), "error": said, "warnings": warnings}
+    said = None if error is None else plain_text(error)
+    warnings = list(map(plain_text, row["warnings"]))
+    return {**row, "path": plain_text(row["path"]), "error": said, "warnings": warnings}
 
 
 def _escaped(cell: object) -> object:
@@ -99,7 +90,7 @@ def _escaped(cell: object) -> object:
 
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
-        clean = _printable_row(row)
+        clean = plain_row(row)
         file.write(json.dumps(clean, separators=(",", ":"), allow_nan=False).encode() + b"\n")
 
 
@@ -125,7 +116,7 @@ def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
         lists = {k: None if row[k] is None else json.dumps(row[k]) for k in LISTS}
         flag = None if row["metric"] is None else str(row["metric"]).lower()
-        cells = {**_printable_row(row), **lists, "metric": flag}
+        cells = {**plain_row(row), **lists, "metric": flag}
         writer.writerow({key: _escaped(cell) for key, cell in cells.items()})
     text.detach()
 
@@ -156,7 +147,7 @@ def _write_parquet(file: BinaryIO, rows: Iterable[Row]) -> None:
     source = iter(rows)
     with pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
         while some := list(islice(source, ROWS_AT_ONCE)):
-            clean = [_printable_row(row) for row in some]
+            clean = [plain_row(row) for row in some]
             writer.write_table(pyarrow.Table.from_pylist(clean, schema=schema))
 
 

@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, Self
 
 from facetlog.batch.memory import needs_more, share_mb, took_all
-from facetlog.batch.processor_time import processor_seconds
+from facetlog.batch.processor_time import processor_seconds, queued_seconds
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
@@ -53,6 +53,9 @@ cannot start."""
 
 LOOKED_SECONDS = 0.05
 """Processor time is looked at no more often: a tick of it is a fifth of that."""
+
+QUEUE_SECONDS = 1.0
+"""A task that takes less is not asked how long it waited for a processor."""
 
 # getrusage(2): kilobytes, but on macOS bytes.
 RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
@@ -104,7 +107,8 @@ class _Death:
 @dataclass(slots=True)
 class _Worker:
     """One process; `assigned` are its tasks in turn, the first since `since`, when it had worked
-    for `worked` seconds (None: the system does not tell).
+    for `worked` seconds (None: the system does not tell), and by the first look at it waited for a
+    processor for `queued`.
     """
 
     popen: subprocess.Popen[bytes]
@@ -112,6 +116,7 @@ class _Worker:
     assigned: deque[Task] = field(default_factory=deque)
     since: float = field(default_factory=time.monotonic)
     worked: float | None = None
+    queued: float | None = None
     ready: bool = False
 
     @classmethod
@@ -140,10 +145,19 @@ class _Worker:
     def begin(self) -> None:
         """Counts the time of the task that is first in turn from now on."""
         self.since, self.worked = time.monotonic(), processor_seconds(self.popen.pid)
+        self.queued = None
 
     def waited(self) -> float:
-        """Seconds since then by the clock."""
-        return time.monotonic() - self.since
+        """Seconds since then by the clock, without those in which it waited for a processor: that
+        the machine has other work is no fault of a scene.
+        """
+        passed = time.monotonic() - self.since
+        if passed < QUEUE_SECONDS:
+            return passed
+        queued = queued_seconds(self.popen.pid)
+        if self.queued is None:
+            self.queued = queued
+        return passed - max(0.0, queued - self.queued)
 
     def busy(self) -> float:
         """Seconds since then that it worked; by the clock where nothing else is known."""

@@ -26,8 +26,8 @@ SECONDS_PER_SCENE = 60.0
 """Time limit of one scene: a hundred times what a mesh of a hundred thousand triangles takes."""
 
 CLOCK_TIMES = 5.0
-"""By the clock so many times that: a machine with five times more to do than cores is no fault of
-the scene, but a read that hangs must end."""
+"""By the clock so many times that, without the time in which it waits for a processor: a read that
+hangs must end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class Settings:
     `up` is x, y, z, -x, -y, -z, a vector as 0,0.1,1, auto or none; `unit` m, cm, mm, in, ft or
     none; `sensor` the place x,y,z from which the points of clouds were seen, or none. With
     `override` up and unit go before what a file states. `seconds` is the processor time that one
-    scene may take; by the clock it may take five times that, and so may all judging of it.
+    scene may take; by the clock it may take five times that, without what it waits for a processor,
+    and so may all judging of it.
     `memory_mb` is what one worker may take; None: its share of the memory there is. With `profile`
     workers say where their time went, with `raw` verdicts have no confidence. What cannot be
     understood is an InputError.

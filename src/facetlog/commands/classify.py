@@ -47,7 +47,11 @@ def classify_command(
     ] = None,
     listed: Annotated[
         list[str] | None,
-        typer.Option("--from", metavar="LIST", help="File of paths, one a line; - is stdin."),
+        typer.Option(
+            "--from",
+            metavar="LIST",
+            help="File of paths, one a line or by NULs; # is a comment; - is stdin.",
+        ),
     ] = None,
     models: Models = None,
     trust: Trust = False,
@@ -158,7 +162,7 @@ def classify_command(
         were_crisp,
     )
     from facetlog.batch.display import showing_rate
-    from facetlog.batch.labels import read_labels
+    from facetlog.batch.labels import check_model_names, read_labels
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.run import Plan, check_output
     from facetlog.batch.settings import Settings
@@ -205,6 +209,7 @@ def classify_command(
         check_pages(html, len(items), read, (out, report))
     outcome = Outcome(comparison=comparison)
     with _workers(settings, workers, dask, len(items)) as crew:
+        check_model_names(crew.models)
         if labels is not None:
             outcome.confusion = _confusion(items, known, crew.models, classes or "", count_as or ())
         with _classified(plan, crew) as done:
@@ -310,7 +315,7 @@ def _confusion(
 ) -> "Confusion":
     """The matrix to fill; raises InputError for classes that no model is."""
     from facetlog.batch.confusion import Confusion
-    from facetlog.batch.labels import classes_labelled, classes_named, truths
+    from facetlog.batch.labels import classes_labelled, classes_named, truths, unknown_labels
 
     by_path = {
         item.path: label
@@ -323,6 +328,8 @@ def _confusion(
     for name in counted_as.keys() - occurring:
         warn(f"--count-as {name}: no label is called so")
     counted_as = {name: truth for name, truth in counted_as.items() if name in occurring}
+    for line in unknown_labels(sorted(occurring), models, counted_as):
+        warn(f"{line}; --count-as LABEL=CLASS says otherwise")
     return Confusion(
         by_path, asked or classes_labelled(models, by_path.values(), counted_as), counted_as
     )
@@ -330,7 +337,7 @@ def _confusion(
 
 def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json: bool) -> None:
     """Writes the rows to their file, or prints them on stdout where nothing else is printed."""
-    from facetlog.batch.output import write_rows
+    from facetlog.batch.output import plain_row, write_rows
 
     rows = outcome.noting(done.rows())
     if plan.output is not None:
@@ -340,7 +347,7 @@ def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json:
     silent = outcome.confusion is not None or outcome.comparison is not None
     for row in rows:
         if as_json and not silent:
-            typer.echo(json.dumps(row))
+            typer.echo(json.dumps(plain_row(row)))
         elif not silent:
             typer.echo(_row_text(row))
 

@@ -16,6 +16,7 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
+from facetlog.regular_file import check_current_folder
 from facetlog.terminal import error, error_lines, note
 
 __all__ = ["NO", "YES", "AsJson", "Full", "Models", "Raw", "Trust", "command"]
@@ -56,6 +57,7 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
         began = perf_counter()
         _LOG.debug("facetlog %s, Python %s", __version__, platform.python_version())
         try:
+            check_current_folder()
             code = body(*args, **kwargs)
             if not sys.stdout.closed:  # as the language server leaves it
                 sys.stdout.flush()

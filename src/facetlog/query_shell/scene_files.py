@@ -15,6 +15,7 @@ from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.loading.encode import Fact
 from facetlog.pictures_hint import hint_of_pictures
+from facetlog.plain_text import plain_text
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 from facetlog.terminal import warn
 
@@ -103,7 +104,7 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
     """
     inside = path / SCENE_FILE if path.is_dir() else path
     if is_raw_shape(path):
-        return SceneFile(path, path.stem or path.resolve().name, None, None, options)
+        return SceneFile(path, plain_text(path.stem or path.resolve().name), None, None, options)
     if path.suffix not in ("", SUFFIX) and (hint := hint_of_pictures(path)):
         raise InputError(f"{path} holds no scene{hint}")
     try:
@@ -124,7 +125,7 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
 
     made_by = f"{__version__} {facts_code_hash()} {options or ''}"
     key = hashlib.sha256(data + made_by.encode()).hexdigest()
-    return SceneFile(inside, _own_name(data) or inside.stem, data, key, options)
+    return SceneFile(inside, plain_text(_own_name(data) or inside.stem), data, key, options)
 
 
 def is_raw_shape(path: Path) -> bool:

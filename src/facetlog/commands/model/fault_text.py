@@ -8,6 +8,7 @@ from facetlog import __version__
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Fix
 from facetlog.grammar.source import Source
+from facetlog.plain_text import plain_text
 from facetlog.terminal import shortened
 
 __all__ = ["counted", "distinct", "errors_in", "faults_data", "faults_json", "faults_text", "plain"]
@@ -21,7 +22,7 @@ def plain(line: str) -> str:
     >>> plain("a\\x1b[2Jb")
     'a\\ufffd[2Jb'
     """
-    return "".join(c if c.isprintable() or c == "\t" else "\ufffd" for c in line)
+    return "".join(c if c.isprintable() or c == "\t" else "\ufffd" for c in plain_text(line))
 
 
 def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:

@@ -4,6 +4,7 @@ Source: OASIS Standard "Static Analysis Results Interchange Format (SARIF) Versi
 """
 
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
@@ -87,4 +88,4 @@ def _place(source: Source, offset: int) -> tuple[int, int]:
 def _address(name: str) -> str:
     """A path as a URI: absolute ones with their scheme, others relative to where it was run."""
     path = Path(name)
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))

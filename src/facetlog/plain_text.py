@@ -1,0 +1,65 @@
+"""Text that any encoding can hold: what it cannot is escaped, and no name makes a traceback.
+
+Names of files are bytes. Python has those that are no UTF-8 as half a letter each (PEP 383), which
+no file, page or engine takes. This module is one of the lowest, as errors.py is.
+"""
+
+import codecs
+import os
+import sys
+
+__all__ = ["ESCAPED", "open_streams", "plain_text"]
+
+ESCAPED = "facetlog-escaped"
+"""How streams call the handling of errors by `_escape`."""
+
+RAW_BYTES = range(0xDC80, 0xDD00)
+
+PLAINER = {"─": "-", "–": "-", "…": "..."}
+"""What is written where an encoding lacks a mark of ours that only looks better."""
+
+
+def plain_text(text: str) -> str:
+    r"""Return the text with bytes of a name that are no UTF-8 as \xNN.
+
+    >>> print(plain_text("a\udcff"), plain_text("b\ud800"))
+    a\xff b\ud800
+    """
+    return text if text.isascii() else text.encode("utf-8", ESCAPED).decode()
+
+
+def open_streams() -> None:
+    """Make standard input, output and error writable whatever they are, before anything is opened.
+
+    What is closed becomes the null device: a file that is opened later would take its number, and
+    what is written there. What their encoding lacks is escaped.
+    """
+    for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+            if null != descriptor:
+                os.dup2(null, descriptor)
+                os.close(null)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(descriptor, "w" if descriptor else "r", encoding="utf-8"))
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors=ESCAPED)  # type: ignore[union-attr]
+    sys.stdin.reconfigure(errors="surrogateescape")  # type: ignore[union-attr]
+
+
+def _escape(fault: UnicodeError) -> tuple[str, int]:
+    if not isinstance(fault, UnicodeEncodeError):
+        raise fault
+    wrong = fault.object[fault.start : fault.end]
+    return "".join(map(_escaped, wrong)), fault.end
+
+
+def _escaped(letter: str) -> str:
+    if ord(letter) in RAW_BYTES:
+        return f"\\x{ord(letter) - 0xDC00:02x}"
+    return PLAINER.get(letter) or letter.encode("ascii", "backslashreplace").decode()
+
+
+codecs.register_error(ESCAPED, _escape)
