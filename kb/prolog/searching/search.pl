@@ -86,6 +86,7 @@ go_on(Open0, Aim, Queue0, Queue, Found) :-
     ask_next(Open0, Aim, Open),
     Aim = aim(Sought, _, _),
     key(Sought, Open, Key),
+    !,                          % else each step of a long search would stay on the stack
     (   min_of_heap(Queue0, Least, _),
         Least @< Key
     ->  add_to_heap(Queue0, Key, Open, Queue1),

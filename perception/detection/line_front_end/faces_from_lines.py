@@ -182,7 +182,15 @@ def tracked_faces(
                 cloud, use = shown_lines(views, maps, segments)
     graph = view_graph(views)
     with clock.step("3-D segments"):
-        wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
+        wrong = contradicting_views(
+            cloud.segments,
+            use,
+            graph.weight,
+            views,
+            maps,
+            segments,
+            lambda kept: _lines_of(pictures.select(kept), [views[k] for k in kept]),
+        )
     if wrong:
         return without_them(
             wrong,
@@ -269,6 +277,12 @@ def tracked_faces(
         ground=level,
         landmarks=landmarks,
     )
+
+
+def _lines_of(pictures: Pictures, views: Sequence[View]) -> FloatArray:
+    """3-D segments (n, 2, 3) of pictures with the poses of these views."""
+    cloud, _ = shown_lines(views, pictures.maps, pictures.segments)
+    return cloud.segments
 
 
 def _tracked_face(

@@ -1,20 +1,26 @@
-"""Outlier views: a gross pose error, or a picture that belongs to another pose.
+"""Outlier views: a gross pose error, or a picture that belongs to another pose or to another thing.
 
-A view is tested against the 3-D segments that three of the other views show: they explain about as
-much of its straight edges as of the others' edges, and hardly anything where its pose is wrong. The
-threshold follows from the spread of the other views, and from the share explained by chance, that
-of the same edges at the poses of the other pictures. A right view may have many edges of its own,
-as of grain that others see from another side; but it shows about as many of the segments as others
-do, and a wrong one hardly any.
+A view is tested against the 3-D segments of the others. Those that it helped to find explain it in
+part, however wrong it is: so views that agree less than usual are tested against segments found
+without them. Where the pose is wrong or the picture foreign, these explain no more of its straight
+edges, and it shows no more of them, than chance would have it: than the same picture at the poses
+of the others. A right view may have many edges of its own, as of grain that others see from
+another side; but it shows about as many of the segments as others do.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import MIN_SUPPORT
+from facetlog.perception.detection.edge_maps import EdgeMap
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
+    MIN_SUPPORT,
+    SUPPORTED,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     MIN_VIEWS,
     explained_length,
@@ -24,18 +30,21 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["Contradiction", "contradicting_views", "without_them"]
 
-# Robust standard deviations below the median of all: one right view of 700 is that far off.
-OUTLIER_SDS = 3.0
-MEDIAN_OF_NORMAL = 0.6745
-# The share of a picture explained by chance: this quantile over the poses of all others, of which a
-# few neighbours' may be almost its own.
+FindLines: TypeAlias = Callable[[Sequence[int]], FloatArray]
+"""The 3-D segments (m, 2, 3) of some of the views (indices) alone."""
+
+# A view is tested without it where so much less than usual is explained or shown: of the views of
+# 29 true sets a seventh is.
+DOUBTFUL = 0.75
+# The share of n segments is known to 1 / 2 sqrt(n) at worst; one that lacks less than so many
+# standard deviations of what is usual may have fallen short by chance.
+SHORT_SDS = 3.0
+# What chance explains or shows: this quantile over the poses of all others, of which a few
+# neighbours' may be almost its own.
 CHANCE = 0.9
 # A view contradicts the others if not even this share of the way from chance to the usual is
-# explained. Views off by 3 degrees and more stay below .23, true ones of 15 sets at .44 and above.
-MIN_ABOVE_CHANCE = 1 / 3
-# It must also show less than this share of the segments that views usually show. Views with another
-# view's pose show .3 of that at most, right ones .7 and more.
-MIN_SHOWN = 0.5
+# reached, neither in what is explained nor in what is shown: foreign pictures reach a twentieth.
+MIN_ABOVE_CHANCE = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +61,15 @@ def contradicting_views(
     supported: NDArray[np.bool_],
     weight: FloatArray,
     views: Sequence[View],
+    maps: Sequence[EdgeMap],
     segments_2d: Sequence[FloatArray],
+    find_lines: FindLines,
 ) -> tuple[Contradiction, ...]:
-    """The views that the others contradict; none where these are not a small minority.
+    """Return the views that the others contradict; none where these are not a small minority.
 
     `supported` (m, V) says which 3-D segments (m, 2, 3) are seen in which view, `weight` (V,) how
-    much a view counts beside those almost like it; `segments_2d` are the views' own, each (n, 4).
+    much a view counts beside those almost like it; `maps` and `segments_2d`, each (n, 4), are the
+    views' own.
     """
     if len(views) < MIN_VIEWS or not len(segments_3d):
         return ()
@@ -66,45 +78,87 @@ def contradicting_views(
     for k, (view, found) in enumerate(zip(views, segments_2d, strict=True)):
         of_others = support - supported[:, k] * weight[k] >= MIN_SUPPORT
         shown[k] = supported[of_others, k].mean() if of_others.any() else 0.0
-        explained, total = explained_length(segments_3d[of_others], view, found)
-        if total > 0.0:
-            shares[k] = explained / total
+        shares[k] = _explained_share(segments_3d[of_others], view, found)
     judged = np.isfinite(shares)
     if judged.sum() < MIN_VIEWS:
         return ()
-    usual = float(np.median(shares[judged]))
-    spread = float(np.median(np.abs(shares[judged] - usual))) / MEDIAN_OF_NORMAL
-    # The share of n segments is known to 1 / 2√n at worst.
-    sds = np.sqrt(spread**2 + 0.25 / np.maximum(_independent(segments_2d), 1.0))
-    strange = np.nan_to_num(shares, nan=np.inf) < usual - OUTLIER_SDS * sds
-    low = np.flatnonzero(strange & (shown < MIN_SHOWN * np.median(shown[judged])))
-    found_wrong = [
-        Contradiction(k, float(shares[k]), usual)
-        for k in low.tolist()
-        if shares[k] < _least(_chance(k, segments_3d, views, segments_2d[k]), usual)
-    ]
-    return tuple(found_wrong) if len(views) - len(found_wrong) >= MIN_VIEWS else ()
+    usual, usually_shown = float(np.median(shares[judged])), float(np.median(shown[judged]))
+    least = np.minimum(shares / max(usual, 1e-300), shown / max(usually_shown, 1e-300))
+    doubtful = np.flatnonzero(judged & (least < DOUBTFUL)).tolist()
+    doubtful.sort(key=lambda k: (least[k], k))
+    doubtful = doubtful[: len(views) - MIN_VIEWS]
+    if not doubtful:
+        return ()
+    blind = _Blind(views, maps, segments_2d, find_lines, usual)
+    # First without all of them at once, which is quick, then each alone: what only a few neighbours
+    # show is missing where these are left out together.
+    wrong = [k for k in sorted(doubtful) if blind.contradicts(k, frozenset(doubtful))]
+    alone = (blind.contradicts(k, frozenset((k,))) for k in wrong)
+    return tuple(found for found in alone if found)
 
 
-def _independent(segments_2d: Sequence[FloatArray]) -> FloatArray:
-    """As how many segments of one length those of each view (n, 4) count: (Σ l)² / Σ l², (V,)."""
-    lengths = [np.linalg.norm(found[:, 2:] - found[:, :2], axis=1) for found in segments_2d]
-    return np.array([own.sum() ** 2 / max(float(own @ own), 1e-300) for own in lengths])
+@dataclass(frozen=True, eq=False, slots=True)
+class _Blind:
+    """Views tested against 3-D segments that were found without them."""
+
+    views: Sequence[View]
+    maps: Sequence[EdgeMap]
+    segments_2d: Sequence[FloatArray]
+    find_lines: FindLines
+    usual: float
+    lines: dict[frozenset[int], tuple[FloatArray, float]] = field(default_factory=dict)
+
+    def contradicts(self, k: int, left_out: frozenset[int]) -> Contradiction | None:
+        """Return by what a view contradicts the others than those left out, or None."""
+        if left_out not in self.lines:
+            self.lines[left_out] = self._lines_without(left_out)
+        lines, usually_shown = self.lines[left_out]
+        view, edges, found = self.views[k], self.maps[k], self.segments_2d[k]
+        share = _explained_share(lines, view, found)
+        short = self.usual - share > SHORT_SDS / (2.0 * np.sqrt(_independent(found)))
+        if not len(lines) or not short:
+            return None
+        there = [replace(view, pose=v.pose) for j, v in enumerate(self.views) if j not in left_out]
+        chance = [_explained_share(lines, each, found) for each in there]
+        by_chance = [_shown_share(lines, each, edges) for each in there]
+        if share >= _least(chance, self.usual):
+            return None
+        if _shown_share(lines, view, edges) >= _least(by_chance, usually_shown):
+            return None
+        return Contradiction(k, share, self.usual)
+
+    def _lines_without(self, left_out: frozenset[int]) -> tuple[FloatArray, float]:
+        # The segments, and which share of them the views usually show.
+        kept = [k for k in range(len(self.views)) if k not in left_out]
+        lines = self.find_lines(kept)
+        shown = np.array([_shown_share(lines, self.views[k], self.maps[k]) for k in kept])
+        shown = shown[np.isfinite(shown)]
+        return lines, float(np.median(shown)) if len(shown) else 0.0
 
 
-def _least(chance: float, usual: float) -> float:
+def _explained_share(segments_3d: FloatArray, view: View, found: FloatArray) -> float:
+    """Share by length of a view's segments (n, 4) that 3-D ones explain; NaN without any."""
+    explained, total = explained_length(segments_3d, view, found)
+    return explained / total if total > 0.0 else np.nan
+
+
+def _shown_share(segments_3d: FloatArray, view: View, edges: EdgeMap) -> float:
+    """Share of the 3-D segments in a view's picture that it shows; NaN where none is in it."""
+    cover = coverage(segments_3d, [view], [edges])[:, 0]
+    cover = cover[np.isfinite(cover)]
+    return float((cover > SUPPORTED).mean()) if len(cover) else np.nan
+
+
+def _independent(found: FloatArray) -> float:
+    """As how many of one length segments (n, 4) count: (sum l)^2 / sum l^2."""
+    lengths = np.linalg.norm(found[:, 2:] - found[:, :2], axis=1)
+    return float(lengths.sum() ** 2 / max(float(lengths @ lengths), 1e-300))
+
+
+def _least(by_chance: Sequence[float], usual: float) -> float:
+    known = np.array(by_chance)[np.isfinite(by_chance)]
+    chance = float(np.quantile(known, CHANCE)) if len(known) else 0.0
     return chance + MIN_ABOVE_CHANCE * (usual - chance)
-
-
-def _chance(k: int, segments_3d: FloatArray, views: Sequence[View], found: FloatArray) -> float:
-    """The share of view k's segments (n, 4) explained by chance, at the poses of the others."""
-    shares = []
-    for j, other in enumerate(views):
-        if j != k:
-            there = replace(views[k], pose=other.pose)
-            explained, total = explained_length(segments_3d, there, found)
-            shares.append(explained / total)
-    return float(np.quantile(shares, CHANCE))
 
 
 def without_them(

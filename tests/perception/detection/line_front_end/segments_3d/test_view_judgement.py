@@ -6,10 +6,19 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
+from facetlog.perception.detection.line_front_end.faces_from_lines import (
+    Pictures,
+    prepared_pictures,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
+    SUPPORTED,
+    LineCloud,
+    shown_lines,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
 from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
     Contradiction,
@@ -18,7 +27,9 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
 )
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import TrackedFaces
-from facetlog.perception.types import Pose, View
+from facetlog.perception.step_clock import StepClock
+from facetlog.perception.types import Image, Pose, View
+from facetlog.pipeline import simulated_views
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
 RIG = block_rig()
@@ -27,8 +38,10 @@ RIG = block_rig()
 def judged(views: Sequence[View], most: int | None = None) -> tuple[Contradiction, ...]:
     """What contradicts, of each view's segments the `most` longest."""
     found = [detect_segments(v.image)[:most] for v in views]
-    shown = np.nan_to_num(coverage(RIG.edges, views, [edge_map(v.image) for v in views]))
-    return contradicting_views(RIG.edges, shown > SUPPORTED, np.ones(len(views)), views, found)
+    maps = [edge_map(v.image) for v in views]
+    use = np.nan_to_num(coverage(RIG.edges, views, maps)) > SUPPORTED
+    weight = np.ones(len(views))
+    return contradicting_views(RIG.edges, use, weight, views, maps, found, lambda _: RIG.edges)
 
 
 def turned(view: View, degrees: float) -> View:
@@ -92,7 +105,10 @@ def test_of_a_few_views_none_is_called_wrong() -> None:
 def test_without_segments_in_space_none_is_called_wrong() -> None:
     found = [detect_segments(v.image) for v in RIG.views]
     none = np.zeros((0, len(RIG.views)), np.bool_)
-    assert contradicting_views(np.zeros((0, 2, 3)), none, np.ones(10), RIG.views, found) == ()
+    maps = [edge_map(v.image) for v in RIG.views]
+    lines = np.zeros((0, 2, 3))
+    weight = np.ones(len(RIG.views))
+    assert contradicting_views(lines, none, weight, RIG.views, maps, found, lambda _: lines) == ()
 
 
 def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
@@ -113,3 +129,56 @@ def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
     assert "4% of its straight edges" in first
     assert "usual are 90%" in first
     assert last == "of the rest"
+
+
+@pytest.fixture(scope="module")
+def tour() -> Pictures:
+    """Ten views of a table, looked at."""
+    views = simulated_views("table", 1, progress=None, clock=StepClock()).views[:20:2]
+    return prepared_pictures(views, StepClock())
+
+
+def foreign_picture(kind: str, shape: tuple[int, int]) -> Image:
+    image = np.full(shape, 128, np.uint8)
+    rng = np.random.default_rng(3)
+    if kind == "chair":
+        (view,) = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:1]
+        image = cv2.resize(view.image, shape[::-1])
+    elif kind == "checkers":
+        image[(np.indices(shape) // 24).sum(axis=0) % 2 == 1] = 30
+    else:
+        for _ in range(40):
+            ring = rng.integers(0, shape[::-1], (4, 2)).astype(np.int32)
+            cv2.fillPoly(image, [ring], int(rng.integers(0, 255)))
+    return image
+
+
+def named(pictures: Pictures) -> list[int]:
+    def lines(kept: Sequence[int]) -> tuple[LineCloud, NDArray[np.bool_]]:
+        own = pictures.select(kept)
+        return shown_lines(own.views, own.maps, own.segments)
+
+    views = pictures.views
+    cloud, use = lines(range(len(views)))
+    found = contradicting_views(
+        cloud.segments,
+        use,
+        np.ones(len(views)),
+        views,
+        pictures.maps,
+        pictures.segments,
+        lambda kept: lines(kept)[0].segments,
+    )
+    return [wrong.view for wrong in found]
+
+
+@pytest.mark.parametrize("kind", ["chair", "checkers", "polygons"])
+def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
+    tour: Pictures, kind: str
+) -> None:
+    assert named(tour) == []
+    k = 3
+    image = foreign_picture(kind, tour.views[k].image.shape)
+    other = prepared_pictures([replace(tour.views[k], image=image)], StepClock())
+    kept = [j for j in range(len(tour.views)) if j != k]
+    assert named(tour.select(kept).extended_by(other)) == [len(kept)]
