@@ -119,7 +119,7 @@ class Pose:
         if rotation.shape != (3, 3) or not np.isfinite(rotation).all():
             raise CalibrationError("the rotation is not a finite 3 x 3 matrix")
         off = np.abs(rotation @ rotation.T - np.eye(3)).max()
-        if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
+        if not (off <= ROTATION_TOLERANCE and np.linalg.det(rotation) > 0):
             mirrored = off <= ROTATION_TOLERANCE
             fault = "mirrors" if mirrored else f"scales or shears (off by {off:.2g})"
             raise CalibrationError(

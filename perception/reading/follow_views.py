@@ -11,7 +11,11 @@ from time import monotonic, sleep
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
+from facetlog.perception.reading.picture_of_view import (
+    picture_as_stored,
+    picture_of_view,
+    stored_size_fault,
+)
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
 from facetlog.perception.reading.pose_files.register import poses_path, read_poses
@@ -118,6 +122,8 @@ class FollowedViews:
             self._fault = InputError(f"{self.path} cannot be read: {exc}")
 
     def _view(self, picture: PosedPicture) -> View:
+        if fault := stored_size_fault(picture):
+            raise InputError(fault)
         image = picture_as_stored(picture, self._videos)
         height, width = image.shape
         if fault := picture.intrinsics.size_fault(width, height):

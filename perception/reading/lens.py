@@ -11,7 +11,7 @@ import numpy as np
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import Camera, FloatArray, Image
 
-__all__ = ["Distortion", "Lens"]
+__all__ = ["FISHEYES", "Distortion", "Lens"]
 
 # Beyond this factor most of the picture would be cropped: such coefficients are a mistake.
 MAX_ZOOM = 3.0
@@ -130,7 +130,7 @@ class Lens:
         scale = self._projected(np.hypot(x, y))
         x, y = x * scale, y * scale
         s = x * x + y * y
-        gain = self._gain(s)
+        gain = self.radial_gain(s)
         xr, yr = x * gain, y * gain
         if self.distortion is Distortion.FISHEYE_RADIAL_FIRST:
             x, y = xr, yr
@@ -167,7 +167,7 @@ class Lens:
             radius, on_axis = _inverse(r, *self.projection), 1.0
         return np.divide(radius, r, out=np.full_like(r, on_axis), where=r > 0)
 
-    def _gain(self, s: FloatArray) -> FloatArray:
+    def radial_gain(self, s: FloatArray) -> FloatArray:
         """Distorted radius over undistorted radius whose square is s: a ratio of polynomials."""
         return _one_and(self.radial, s) / _one_and(self.rational, s)
 
@@ -189,7 +189,7 @@ class Lens:
             offset = (rim - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
             radii = np.linspace(0, np.sqrt((offset**2).sum(axis=1).max()), RADIUS_SAMPLES)
             straight = radii * self._projected(radii)
-            growing = np.diff(straight * self._gain(straight**2)) > 0
+            growing = np.diff(straight * self.radial_gain(straight**2)) > 0
             # Half a pixel outside the rim's pixel centres is still on the rim's pixels.
             inside = (source >= -0.5) & (source <= [right + 0.5, bottom + 0.5])
         return bool(inside.all() and growing.all())

@@ -4,21 +4,25 @@ A decoder fills the missing part of a truncated file with grey and warns only on
 a picture would have false edges, so files are checked for completeness first.
 """
 
+import io
 import os
 import sys
 import tempfile
+import warnings
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 import cv2
 import numpy as np
+import PIL.Image
 
 from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import Image
-from facetlog.regular_file import read_regular
+from facetlog.regular_file import open_regular, read_regular
 
-__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "turned"]
+__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "stored_size", "turned"]
 
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
 """By which pictures in folders are known; one that is named is read whatever it is called."""
@@ -31,6 +35,9 @@ LEAST_OF_16_BITS = 1 << 12
 HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 # A picture of a gigapixel, uncompressed.
 MOST_BYTES = 1_000_000_000
+MOST_PIXELS = 250_000_000
+"""The largest cameras have 151 million, phones 200. Decoded it takes some 1 GB, whatever
+the size of its file."""
 LEAST_SIDE_PX = 9
 """What the filters that find edges span: a smaller picture shows none."""
 # The warning of libjpeg for a picture that has all its markers but not all its data.
@@ -50,6 +57,7 @@ def read_picture(path: Path) -> Image:
     check = _check_of(data)
     if check is None:
         raise InputError(f"{path} is not a picture: give one as {KINDS}")
+    _check_pixels(_size_in_header(io.BytesIO(data)), path)
     if not check(data):
         raise InputError(f"picture {path} is cut off or damaged: copy it again from its source")
     decoded, chatter = (_decode_heic(data, path), b"") if _is_heic(data) else _decode(data)
@@ -73,6 +81,41 @@ def turned(image: Image, turns: int) -> Image:
     [[1], [2]]
     """
     return np.ascontiguousarray(np.rot90(image, -turns)) if turns else image
+
+
+def stored_size(path: Path) -> tuple[int, int] | None:
+    """The width and height that a picture's header states, in px; None where that cannot be read.
+
+    InputError where it is more than is decoded.
+    """
+    try:
+        with open_regular(path, MOST_BYTES) as file:
+            size = _size_in_header(file)
+    except OSError:  # reported when it is read
+        return None
+    _check_pixels(size, path)
+    return size
+
+
+def _size_in_header(file: BinaryIO) -> tuple[int, int] | None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of large pictures, or of odd headers
+        limit, PIL.Image.MAX_IMAGE_PIXELS = PIL.Image.MAX_IMAGE_PIXELS, None  # ours is below
+        try:
+            with PIL.Image.open(file) as picture:
+                return picture.size
+        except Exception:
+            return None
+        finally:
+            PIL.Image.MAX_IMAGE_PIXELS = limit
+
+
+def _check_pixels(size: tuple[int, int] | None, path: Path) -> None:
+    if size is not None and size[0] * size[1] > MOST_PIXELS:
+        raise InputError(
+            f"picture {path} is {size[0]} x {size[1]} by its header, more than "
+            f"{MOST_PIXELS // 1_000_000} million pixels: make it smaller"
+        )
 
 
 def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:

@@ -13,12 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.lens import Lens
-from facetlog.perception.reading.picture_file import read_picture, turned
+from facetlog.perception.reading.picture_file import (
+    LEAST_SIDE_PX,
+    read_picture,
+    stored_size,
+    turned,
+)
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 
-__all__ = ["KEPT_DIAGONAL_PX", "picture_as_stored", "picture_of_view"]
+__all__ = ["KEPT_DIAGONAL_PX", "picture_as_stored", "picture_of_view", "stored_size_fault"]
 
 KEPT_DIAGONAL_PX = 1000.0
 """Larger pictures are reduced to it, as 800 x 600: a bound of cost alone. 12 bytes a pixel are kept
@@ -42,6 +47,19 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
     camera = lens.pinhole.resized(*size)
     kept = lens.undistort(reduced)
     return View(picture.name, kept, camera, picture.pose, stored, picture.covariance)
+
+
+def stored_size_fault(picture: PosedPicture) -> str:
+    """Why a picture cannot be of its camera, by the size in its header; empty where it can be, or
+    nothing is known before it is decoded.
+
+    InputError for a picture that is too large for any.
+    """
+    size = stored_size(picture.path) if picture.frame is None else None
+    if size is None or min(size) < LEAST_SIDE_PX:  # which is said when it is read
+        return ""
+    width, height = size[:: -1 if picture.turns % 2 else 1]
+    return picture.intrinsics.size_fault(width, height)
 
 
 def picture_as_stored(picture: PosedPicture, videos: VideoFrames) -> Image:

@@ -10,13 +10,23 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.first_names import named
 from facetlog.perception.length_units import Length
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
+from facetlog.perception.reading.picture_of_view import (
+    picture_as_stored,
+    picture_of_view,
+    stored_size_fault,
+)
+from facetlog.perception.reading.pose_files.pose_checks import LEAST_SPREAD
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
-from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
+from facetlog.perception.reading.pose_files.poses_file import (
+    Intrinsics,
+    PosedPicture,
+    PosesFile,
+)
 from facetlog.perception.reading.pose_files.register import kind_of, poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
@@ -112,7 +122,7 @@ def read_views(
     file = read_poses(source, PoseOptions(unit, square, axis, keep, progress))
     if file.faults:
         raise file.faults[0]
-    _check_names(file.pictures, source)
+    file = _without_repeats(file, source)
     if not trusted:
         for picture in file.pictures:
             check_own_folder(picture, file.folder, source)
@@ -123,13 +133,16 @@ def read_views(
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
         try:
-            image = picture_as_stored(picture, videos)
+            fault = stored_size_fault(picture)  # before it is decoded, which may fill the memory
+            image = None if fault else picture_as_stored(picture, videos)
         except InputError as exc:
             place = str(picture.frame or picture.path)
             left_out.append(LeftOut(picture.name, str(exc), place))
         else:
-            width, height = image.shape[1], image.shape[0]
-            if fault := picture.intrinsics.size_fault(width, height):
+            if image is not None:
+                width, height = image.shape[1], image.shape[0]
+                fault = picture.intrinsics.size_fault(width, height)
+            if fault or image is None:
                 left_out.append(LeftOut(picture.name, fault, picture.intrinsics.where))
             else:
                 lens = picture.intrinsics.lens(width, height)
@@ -171,18 +184,37 @@ def stated_errors(
     return PoseErrors(tuple(v.pose for v in views), np.array(stated), kind, scale_sd)
 
 
-def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:
-    seen: set[str] = set()
-    for picture in pictures:
+def _without_repeats(file: PosesFile, source: Path) -> PosesFile:
+    """The file with each picture once, and a note that names those with the same pose twice.
+
+    InputError for a picture of two poses, and for a camera, which has one picture, now.
+    """
+    seen: dict[str, PosedPicture] = {}
+    repeated: list[str] = []
+    for picture in file.pictures:
         if picture.frame is not None and picture.frame.number is None:
             raise InputError(
                 f"{source}: camera {picture.frame} has one picture, now: follow it as it takes "
                 "one for each pose (recognize --follow)"
             )
         place = str(picture.frame or os.path.normpath(picture.path))
-        if place in seen:
+        first = seen.setdefault(place, picture)
+        if first is picture:
+            continue
+        if not _same_pose(first, picture):
             raise InputError(f"{source}: picture {picture.name!r} has two poses: remove one")
-        seen.add(place)
+        repeated.append(picture.name)
+    if not repeated:
+        return file
+    note = f"{source} has {named(repeated)} twice, with the same pose: used once"
+    return replace(file, pictures=tuple(seen.values()), notes=(*file.notes, note))
+
+
+def _same_pose(one: PosedPicture, other: PosedPicture) -> bool:
+    a, b = one.pose, other.pose
+    near = SAME_PLACE * max(float(np.abs(a.centre).max()), 1.0)
+    same = np.allclose(a.rotation, b.rotation, rtol=0.0, atol=SAME_PLACE)
+    return bool(same and np.allclose(a.centre, b.centre, rtol=0.0, atol=near))
 
 
 def _odd_sizes(
@@ -228,8 +260,13 @@ def _too_few(source: Path, usable: int, left_out: Sequence[LeftOut]) -> str:
 def _check_places(views: Sequence[View], source: Path) -> None:
     """Raises CalibrationError if all centres are one place: without a baseline no depth."""
     centres = np.array([view.pose.centre for view in views])
-    largest = np.abs(centres).max()
-    if np.ptp(centres / largest if largest > 0 else centres, axis=0).max() <= SAME_PLACE:
+    spread = float(np.ptp(centres, axis=0).max())
+    if 0 < spread < LEAST_SPREAD:
+        raise CalibrationError(
+            f"{source}: all {len(views)} cameras are within {spread:.2g} units of length "
+            f"({LEAST_SPREAD:.0e} at least): give their places in metres, or any larger unit"
+        )
+    if spread <= SAME_PLACE * np.abs(centres).max():
         raise CalibrationError(
             f"{source}: all {len(views)} views are from one place, which shows no depth: "
             "take pictures from different places"

@@ -4,10 +4,12 @@ A flat target seen from few places says little of some parameters: pictures that
 down leave focal length and distance open, and corners in the middle say nothing of the lens further
 out. So each parameter has a prior as wide as cameras differ; what pictures do not show stays there,
 and how far it may be off is in the covariance of the poses. A phone exposes row after row while the
-hand rotates it; that rotation is fitted, too, for most of it looks like another pose.
+hand rotates it; that rotation is fitted, too, for most of it looks like another pose. So is by how
+much the print is longer one way than the other, which the slant of other views would else explain.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import cv2
@@ -18,7 +20,16 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.reading.exif import USUAL_FOCAL
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["Corners", "FittedCamera", "FittedPose", "MatFit", "fitted"]
+__all__ = [
+    "CENTRE_SD",
+    "OF_CAMERA",
+    "SURE_SDS",
+    "Corners",
+    "FittedCamera",
+    "FittedPose",
+    "MatFit",
+    "fitted",
+]
 
 # Parameters of a camera: log of the focal length, principal point, k1, k2, p1, p2, k3 (OpenCV's).
 OF_CAMERA = 8
@@ -33,6 +44,12 @@ FOCAL_SD, UNKNOWN_FOCAL_SD = 0.1, 0.5
 ROLLING_SD = 5e-4
 """Radians about each axis from first row to last: a hand's 1 to 2 degrees a second, over the 15 to
 30 ms in which phones read their rows."""
+STRETCH_SD, NO_STRETCH_SD = 0.05, 1e-6
+"""Of the log of how much longer a print is away from the reader than across: where it was fitted to
+a page that is not of its shape, and where it was not."""
+LEAST_STRETCH, SURE_SDS = 0.005, 5.0
+"""A print is taken as stretched by half a millimetre of its bar, which a ruler shows, if that is
+sure: what pictures hardly tell would make the focal length less sure."""
 FOCAL_STEPS = 9
 ROUNDS = 60
 ENOUGH = 1e-10
@@ -41,6 +58,10 @@ OUTLIER_SDS = 5.0
 AVERAGE_WEIGHT = 20
 """The noise of a picture is drawn towards that of all, which counts as so many residuals."""
 NOISE_ROUNDS = 4
+
+
+_Inside = list[NDArray[np.bool_]]
+"""Of each picture, which corners (n,) are inliers."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,10 +110,18 @@ class FittedPose:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MatFit:
-    """All cameras and poses of a set of pictures."""
+    """All cameras and poses of a set of pictures.
+
+    `stretch` is the log of how much longer the print is away from the reader (y) than across (x), 0
+    where that is not sure.
+    `cost` is the negative log of the likelihood and the prior, but for a constant: of two fits to
+    the same corners that with the lower one is the more probable.
+    """
 
     cameras: tuple[FittedCamera, ...]
     poses: tuple[FittedPose, ...]
+    stretch: float
+    cost: float
 
 
 def fitted(
@@ -104,22 +133,31 @@ def fitted(
     camera, in pixels.
     """
     fit = _Fit(pictures, sizes, focals)
-    noise = np.full(len(pictures), 1.0)
-    inside = [np.ones(len(p.pixels), dtype=np.bool_) for p in pictures]
-    for _ in range(NOISE_ROUNDS):
-        fit.refine(noise, inside)
-        residuals = fit.residuals()
-        noise = _noises(residuals, inside, len(sizes))
-        inside = [
-            np.linalg.norm(r, axis=1) < OUTLIER_SDS * sd
-            for r, sd in zip(residuals, _robust(residuals, noise), strict=True)
-        ]
+    noise, inside = fit.settle(np.full(len(pictures), 1.0))
+    if len(pictures) > 1:  # one picture shows it as another focal length
+        fit, noise, inside = _with_stretch(fit, noise, inside)
     cov = fit.covariance(noise, inside)
     cameras = tuple(fit.camera(c, cov) for c in range(len(sizes)))
     return MatFit(
         cameras,
         tuple(fit.pose(k, cov, float(noise[k]), inside[k]) for k in range(len(pictures))),
+        fit.stretch if fit.stretch_sd > NO_STRETCH_SD else 0.0,
+        fit.cost(noise),
     )
+
+
+def _with_stretch(
+    fit: "_Fit", noise: FloatArray, inside: _Inside
+) -> "tuple[_Fit, FloatArray, _Inside]":
+    """The fit with the stretch of the print where the corners show one; else as it is."""
+    free = copy(fit)
+    free.stretch_sd = STRETCH_SD
+    noise_then, inside_then = free.settle(noise)
+    sd = float(np.sqrt(free.covariance(noise_then, inside_then)[-1, -1]))
+    is_sure = abs(free.stretch) > max(LEAST_STRETCH, SURE_SDS * sd)
+    if is_sure and free.cost(noise_then) < fit.cost(noise):
+        return free, noise_then, inside_then
+    return fit, noise, inside
 
 
 def _noises(
@@ -144,7 +182,9 @@ def _robust(residuals: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
 
 
 class _Fit:
-    """The parameters: cameras (C, 8), and the poses' rotations, centres and rolling."""
+    """The parameters: cameras (C, 8), the poses' rotations, centres and rolling, and the stretch of
+    the mat.
+    """
 
     def __init__(
         self,
@@ -166,6 +206,7 @@ class _Fit:
         self.rotations = np.zeros((len(pictures), 3, 3))
         self.centres = np.zeros((len(pictures), 3))
         self.rolling = np.zeros((len(pictures), 3))
+        self.stretch, self.stretch_sd = 0.0, NO_STRETCH_SD
         for c in range(len(sizes)):
             self._start(c)
 
@@ -184,6 +225,19 @@ class _Fit:
                 for k, (rotation, centre, _) in zip(own, poses, strict=True):
                     self.rotations[k], self.centres[k] = rotation, centre
 
+    def settle(self, noise: FloatArray) -> tuple[FloatArray, _Inside]:
+        """Refine from this noise (V,) on, and return the noise and which corners are inliers."""
+        inside: _Inside = [np.ones(len(p.pixels), dtype=np.bool_) for p in self.pictures]
+        for _ in range(NOISE_ROUNDS):
+            self.refine(noise, inside)
+            residuals = self.residuals()
+            noise = _noises(residuals, inside, len(self.cameras))
+            inside = [
+                np.linalg.norm(r, axis=1) < OUTLIER_SDS * sd
+                for r, sd in zip(residuals, _robust(residuals, noise), strict=True)
+            ]
+        return noise, inside
+
     def residuals(self) -> list[FloatArray]:
         """Projected less measured corners of each picture (n, 2), px."""
         return [self._projected(k)[0] - p.pixels for k, p in enumerate(self.pictures)]
@@ -192,7 +246,7 @@ class _Fit:
         """Levenberg and Marquardt's steps from here to the least cost at this noise (V,)."""
         damping, (cost, hessian, slope) = 1e-4, self._system(noise, inside)
         for _ in range(ROUNDS):
-            before = self.cameras, self.rotations, self.centres, self.rolling
+            before = self.cameras, self.rotations, self.centres, self.rolling, self.stretch
             damped = hessian + damping * np.diag(np.diag(hessian))
             self._move(np.asarray(-np.linalg.solve(damped, slope), dtype=np.float64))
             tried = self._system(noise, inside)
@@ -202,7 +256,7 @@ class _Fit:
                 if done:
                     return
             else:
-                self.cameras, self.rotations, self.centres, self.rolling = before
+                self.cameras, self.rotations, self.centres, self.rolling, self.stretch = before
                 damping *= 10
                 if damping > 1e8:
                     return
@@ -212,6 +266,16 @@ class _Fit:
         _, hessian, _ = self._system(noise, inside)
         unit = 1.0 / np.sqrt(np.diag(hessian))  # parameters of one size: better conditioned
         return np.asarray(np.linalg.inv(hessian * np.outer(unit, unit)) * np.outer(unit, unit))
+
+    def cost(self, noise: FloatArray) -> float:
+        """The negative log of likelihood and prior at this noise (V,); outliers count as limits."""
+        total = 0.0
+        for residuals, sd in zip(self.residuals(), noise, strict=True):
+            squares = (residuals**2).sum(axis=1) / sd**2
+            total += float(np.minimum(squares, OUTLIER_SDS**2).sum()) / 2
+            total += 2 * len(squares) * float(np.log(sd))
+        off, sds = self._from_prior()
+        return total + float(np.sum((off / sds) ** 2)) / 2
 
     def camera(self, c: int, cov: FloatArray) -> FittedCamera:
         own = slice(OF_CAMERA * c, OF_CAMERA * (c + 1))
@@ -232,12 +296,14 @@ class _Fit:
         return self.cameras.size + OF_PICTURE * k
 
     def _projected(self, k: int) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2) and their derivatives (n, 2, 17) by the camera's and the picture's numbers.
+        """Pixels (n, 2) and their derivatives (n, 2, 18) by the camera's and the picture's numbers,
+        and the stretch.
 
         A point X is in the camera's axes Y + s ω × Y, Y = Rᵀ (X - c), at the time s of its row.
         """
         picture, p = self.pictures[k], self.cameras[self.pictures[k].camera]
-        rotation, offset = self.rotations[k], picture.points - self.centres[k]
+        on_mat = picture.points * [1.0, np.exp(self.stretch), 1.0]
+        rotation, offset = self.rotations[k], on_mat - self.centres[k]
         still, time = offset @ rotation, picture.times[:, None]
         points = still + time * np.cross(self.rolling[k], still)
         pixels, jacobian = cv2.projectPoints(
@@ -250,18 +316,14 @@ class _Fit:
         # With the centre at c + dc and R turned by w: X - c - dc - w × (X - c) before Rᵀ.
         columns += [-by_place, np.cross(by_place, offset[:, None, :])]
         columns += [time[..., None] * np.cross(still[:, None, :], by_point)]
+        columns += [by_place[:, :, 1:2] * on_mat[:, None, 1:2]]
         return np.asarray(pixels, dtype=np.float64).reshape(-1, 2), np.concatenate(columns, axis=2)
 
     def _system(
         self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]
     ) -> tuple[float, FloatArray, FloatArray]:
         """Half the cost at these parameters, its second derivative (Gauss, Newton), its first."""
-        size = self._first_of(len(self.pictures))
-        off, sd = np.zeros(size), np.full(size, np.inf)
-        off[: self.cameras.size] = (self.cameras - self.prior).ravel()
-        sd[: self.cameras.size] = self.prior_sd.ravel()
-        off[self.cameras.size :].reshape(-1, OF_PICTURE)[:, OF_POSE:] = self.rolling
-        sd[self.cameras.size :].reshape(-1, OF_PICTURE)[:, OF_POSE:] = ROLLING_SD
+        off, sd = self._from_prior()
         hessian, slope = np.diag(sd**-2), off / sd**2
         cost = float(off @ slope) / 2
         for k, picture in enumerate(self.pictures):
@@ -271,16 +333,27 @@ class _Fit:
             J = J[use].reshape(len(r), -1) / noise[k]
             first = OF_CAMERA * picture.camera
             second = self._first_of(k)
-            own = np.r_[first : first + OF_CAMERA, second : second + OF_PICTURE]
+            own = np.r_[first : first + OF_CAMERA, second : second + OF_PICTURE, len(off) - 1]
             hessian[np.ix_(own, own)] += J.T @ J
             slope[own] += J.T @ r
             cost += float(r @ r) / 2
         return cost, hessian, slope
 
+    def _from_prior(self) -> tuple[FloatArray, FloatArray]:
+        """How far all parameters are off their prior, and its standard deviations."""
+        count, size = self.cameras.size, self._first_of(len(self.pictures)) + 1
+        off, sd = np.zeros(size), np.full(size, np.inf)
+        off[:count], sd[:count] = (self.cameras - self.prior).ravel(), self.prior_sd.ravel()
+        off[count:-1].reshape(-1, OF_PICTURE)[:, OF_POSE:] = self.rolling
+        sd[count:-1].reshape(-1, OF_PICTURE)[:, OF_POSE:] = ROLLING_SD
+        off[-1], sd[-1] = self.stretch, self.stretch_sd
+        return off, sd
+
     def _move(self, step: FloatArray) -> None:
         count = self.cameras.size
         self.cameras = self.cameras + step[:count].reshape(self.cameras.shape)
-        moves = step[count:].reshape(-1, OF_PICTURE)
+        moves = step[count:-1].reshape(-1, OF_PICTURE)
+        self.stretch += float(step[-1])
         self.centres = self.centres + moves[:, :3]
         self.rotations = Rotation.from_rotvec(moves[:, 3:6]).as_matrix() @ self.rotations
         self.rolling = self.rolling + moves[:, 6:]

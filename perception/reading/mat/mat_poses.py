@@ -1,27 +1,43 @@
 """Cameras and poses of pictures that show a mat: from nothing but the pictures."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.first_names import named
 from facetlog.perception.length_units import Length
 from facetlog.perception.reading.exif import TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.mat.advice import advice
-from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
+from facetlog.perception.reading.mat.fit import (
+    CENTRE_SD,
+    OF_CAMERA,
+    SURE_SDS,
+    Corners,
+    FittedCamera,
+    FittedPose,
+    MatFit,
+    fitted,
+)
 from facetlog.perception.reading.mat.mats import BAR_MM, Mat
-from facetlog.perception.reading.mat.sightings import Sighting, sighting
+from facetlog.perception.reading.mat.sightings import (
+    MirroredError,
+    OtherBoardError,
+    Sighting,
+    sighting,
+)
+from facetlog.perception.reading.mat.zooms import AMBIGUOUS, find_zooms
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.shots import Shot, shots_in
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import PoseErrorKind
 
-__all__ = ["MatPicture", "NoMatError", "PlacedPicture", "mat_pictures", "read_mat"]
+__all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "mat_pictures", "read_mat"]
 
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
@@ -29,8 +45,17 @@ some twice that to each other, as those of a thin leg, are no longer two."""
 MISFIT = 4.0
 """Of a picture whose residuals are so many times the median of all pictures the corners do not
 fit: the camera moved, or the mat."""
+FLAT_SQUARES, MOST_SQUARES = 0.02, 0.1
+"""Residuals of corners in squares. A flat sheet fits to some thousandths, one that is wavy by a
+third of a millimetre to 0.02; what is off by more than 0.1 is no mat seen through one lens."""
+LEAST_RESIDUAL_PX = 0.5
+"""As far off as a corner may be found, however small its square is."""
 RULER_SD_MM = 0.5 / 3**0.5
 """Of a length read off a ruler to the nearest millimetre: half of one to either side, all alike."""
+UNSURE_ZOOM = (
+    "is from too steep above to tell at which of the focal lengths it was taken: take all at one "
+    "zoom, and do not crop them"
+)
 HIDDEN = "shows too little of the mat: all is hidden, too far, too blurred, or outside"
 
 
@@ -74,35 +99,60 @@ class PlacedPicture:
         return self.placed.noise_px / float(np.hypot(*self.picture.size))
 
 
-def mat_pictures(
-    folder: Path, square: float | None = None
-) -> tuple[Mat, tuple[PlacedPicture, ...], tuple[LeftOut, ...]]:
-    """The mat, the pictures that show it with cameras and poses, and those that are left out.
+@dataclass(frozen=True, eq=False, slots=True)
+class MatSet:
+    """The pictures of a folder that show a mat, with cameras and poses, and those left out.
+
+    `faults` say, for people, what is wrong with the print or the pictures and was allowed for.
+    """
+
+    mat: Mat
+    pictures: tuple[PlacedPicture, ...]
+    left_out: tuple[LeftOut, ...]
+    faults: tuple[str, ...]
+
+    @property
+    def residual_px(self) -> float:
+        """The median of the noise of corners."""
+        return float(np.median([each.placed.noise_px for each in self.pictures]))
+
+
+def mat_pictures(folder: Path, square: float | None = None) -> MatSet:
+    """Find the pictures that show the mat, with cameras and poses, and those that are left out.
 
     `square` is the side of a square as printed, in metres, where it is not as it should be.
-    NoMatError where no picture shows a mat, InputError where they show two.
+    NoMatError where no picture shows a mat, InputError where they show two, or none as it is.
     """
     shots = shots_in(folder)
     if not shots:
         raise InputError(f"{folder} holds no pictures: add 12 to 30 of a thing on a printed mat")
-    seen, left_out = _seen(shots)
+    seen, left_out, why_not = _seen(shots)
     if not seen:
+        for kind in (MirroredError, OtherBoardError):
+            first = next((exc for exc in why_not if isinstance(exc, kind)), None)
+            if first is not None:
+                count = sum(isinstance(exc, kind) for exc in why_not)
+                raise InputError(f"{folder}: each of {count} pictures {first}")
         why = f" ({left_out[0].line})" if left_out and len(left_out) == len(shots) == 1 else ""
         raise NoMatError(folder, f"no mat is seen in {_of(len(shots))}{why}")
     mats = {picture.seen.mat: picture.shot.name for picture in seen}
     if len(mats) > 1:
-        named = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
-        raise InputError(f"{folder} shows two mats, {named}: give each its own folder")
+        names = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
+        raise InputError(f"{folder} shows two mats, {names}: give each its own folder")
     (mat,) = mats
     side = mat.square_mm / 1000 if square is None else square
-    found = _fitted(seen, side)
+    groups, fit = _grouped(seen, side)
+    unsure = [p for p in seen if groups[p] is None]
+    left_out += [_left_out(p.shot, UNSURE_ZOOM) for p in unsure]
+    found = _placed([p for p in seen if p not in unsure], groups, fit)
     usual = float(np.median([each.misfit for each in found]))
     fitting = [each.picture for each in found if each.misfit <= MISFIT * usual]
     if len(fitting) < len(found):
         why = "does not fit the others: the camera or the mat moved"
-        left_out += [_left_out(p.shot, why) for p in seen if p not in fitting]
-        found = _fitted(fitting, side)
-    return mat, found, tuple(left_out)
+        left_out += [_left_out(e.picture.shot, why) for e in found if e.picture not in fitting]
+        fit = _fitted(fitting, groups, side)
+        found = _placed(fitting, groups, fit)
+    return MatSet(mat, found, tuple(left_out), tuple(_faults(folder, mat, found, groups, fit)))
 
 
 def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
@@ -112,33 +162,39 @@ def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
     deviation the print's scale is known as well as its bar, or as much of the board, tells by a
     ruler. NoMatError where no picture shows a mat, InputError where they show two.
     """
-    mat, found, left_out = mat_pictures(folder, None if square is None else square.metres)
+    found = mat_pictures(folder, None if square is None else square.metres)
     scale_sd = RULER_SD_MM / BAR_MM
     if square is not None and square.sd is not None:
         scale_sd = square.sd / square.metres
-    wanted = advice(found)
-    off = float(np.median([each.placed.noise_px for each in found]))
+    wanted = advice(found.pictures)
+    more = (f"{wanted[0]} (facetlog mat check {folder} says more)",) if wanted else ()
     return PosesFile(
         folder,
-        tuple(map(_posed, found)),
+        tuple(map(_posed, found.pictures)),
         np.array([0.0, 0.0, 1.0]),
         metric=True,
         error_kind=PoseErrorKind.INDEPENDENT,
-        left_out=left_out,
-        kind=f"{mat.name} (its corners fit to {off:.2g} px)",
+        left_out=found.left_out,
+        kind=f"{found.mat.name} (its corners fit to {found.residual_px:.2g} px)",
         scale_sd=scale_sd,
-        notes=() if not wanted else (f"{wanted[0]} (facetlog mat check {folder} says more)",),
+        notes=(*found.faults, *more),
     )
 
 
-def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
+def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut], list[InputError]]:
+    """The pictures that show a mat, those that do not, and the errors of what cannot be used."""
     seen: list[MatPicture] = []
     left_out: list[LeftOut] = []
+    faults: list[InputError] = []
     videos = VideoFrames()
     for shot in shots:
         try:
             image = shot.read(videos)
             found = sighting(image)
+        except (MirroredError, OtherBoardError) as exc:
+            left_out.append(_left_out(shot, str(exc)))
+            faults.append(exc)
+            continue
         except InputError as exc:
             left_out.append(shot.unreadable(exc))
             continue
@@ -153,7 +209,7 @@ def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
         else:
             seen.append(picture)
     videos.close()
-    return seen, left_out
+    return seen, left_out, faults
 
 
 def _left_out(shot: Shot, why: str) -> LeftOut:
@@ -164,24 +220,127 @@ def _of(count: int) -> str:
     return "the only picture" if count == 1 else f"any of {count} pictures"
 
 
-def _fitted(pictures: Sequence[MatPicture], square: float) -> tuple[PlacedPicture, ...]:
-    """The pictures with cameras and poses: one camera for each size and zoom."""
-    kinds = list(dict.fromkeys((p.size, p.taken_with) for p in pictures))
+_Groups = dict[MatPicture, "_Kind | None"]
+"""What took each picture; None where that cannot be told."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What has one camera: pictures of one size, by one lens, at one zoom (numbered)."""
+
+    size: tuple[int, int]
+    taken_with: TakenWith
+    zoom: int = 0
+
+
+def _grouped(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit]:
+    """The pictures by what took them, and their fit: a camera for each size and lens, or for each
+    zoom where that is the more probable.
+    """
+    plain: _Groups = {p: _Kind(p.size, p.taken_with) for p in seen}
+    fit = _fitted(seen, plain, square)
+    zoomed: _Groups = dict(plain)
+    for kind in dict.fromkeys(plain.values()):
+        own = [p for p in seen if plain[p] == kind]
+        if kind is not None and len(own) > 1:
+            corners = [_corners(p, 0, square) for p in own]
+            zooms = find_zooms(corners, kind.size, kind.taken_with.focal_px(*kind.size))
+            for picture, zoom in zip(own, zooms.tolist(), strict=True):
+                zoomed[picture] = None if zoom == AMBIGUOUS else replace(kind, zoom=zoom)
+    more = len(set(zoomed.values()) - {None}) - len(set(plain.values()))
+    if more <= 0:
+        return plain, fit
+    sure = [p for p in seen if zoomed[p] is not None]
+    by_zoom = _fitted(sure, zoomed, square)
+    # Schwarz's criterion, over the same pictures.
+    alike = fit if len(sure) == len(seen) else _fitted(sure, plain, square)
+    count = 2 * sum(len(p.seen.numbers) for p in sure)
+    if by_zoom.cost + more * OF_CAMERA * np.log(count) / 2 < alike.cost:
+        return zoomed, by_zoom
+    return plain, fit
+
+
+def _corners(picture: MatPicture, camera: int, square: float) -> Corners:
+    seen = picture.seen
+    return Corners(seen.mat.corners(seen.numbers, square), seen.pixels, camera, picture.size[1])
+
+
+def _kinds(pictures: Sequence[MatPicture], groups: _Groups) -> list[_Kind]:
+    """The cameras of pictures, in the order in which a fit has them."""
+    return list(dict.fromkeys(kind for p in pictures if (kind := groups[p]) is not None))
+
+
+def _fitted(pictures: Sequence[MatPicture], groups: _Groups, square: float) -> MatFit:
+    kinds = _kinds(pictures, groups)
     corners = [
-        Corners(
-            p.seen.mat.corners(p.seen.numbers, square),
-            p.seen.pixels,
-            kinds.index((p.size, p.taken_with)),
-            p.size[1],
-        )
-        for p in pictures
+        _corners(p, kinds.index(kind), square) for p in pictures if (kind := groups[p]) is not None
     ]
-    sizes = [size for size, _ in kinds]
-    fit = fitted(corners, sizes, [with_.focal_px(*size) for size, with_ in kinds])
+    focals = [kind.taken_with.focal_px(*kind.size) for kind in kinds]
+    return fitted(corners, [kind.size for kind in kinds], focals)
+
+
+def _placed(
+    pictures: Sequence[MatPicture], groups: _Groups, fit: MatFit
+) -> tuple[PlacedPicture, ...]:
+    cameras = dict(zip(_kinds(pictures, groups), fit.cameras, strict=True))
     return tuple(
-        PlacedPicture(p, fit.cameras[c.camera], placed)
-        for p, c, placed in zip(pictures, corners, fit.poses, strict=True)
+        PlacedPicture(p, cameras[kind], placed)
+        for p, placed in zip(pictures, fit.poses, strict=True)
+        if (kind := groups[p]) is not None
     )
+
+
+def _faults(
+    folder: Path, mat: Mat, found: Sequence[PlacedPicture], groups: _Groups, fit: MatFit
+) -> Iterator[str]:
+    """What is wrong with the print or the pictures; InputError where no camera explains them."""
+    off = np.array([e.placed.noise_px for e in found])
+    squares = float(np.median(off / [e.picture.seen.square_px for e in found]))
+    off_px = float(np.median(off))
+    if squares > MOST_SQUARES and off_px > LEAST_RESIDUAL_PX:
+        raise InputError(
+            f"{folder}: the mat's corners fit no camera ({off_px:.2g} px off, "
+            f"{squares * mat.square_mm:.2g} mm on the mat): use pictures as they were taken, "
+            "neither cropped nor warped, of a flat mat"
+        )
+    if squares > FLAT_SQUARES and off_px > LEAST_RESIDUAL_PX:
+        yield (
+            f"the mat's corners fit to {off_px:.2g} px only, {squares * mat.square_mm:.2g} mm on "
+            "the mat: glue it on board or glass, for a bent mat gives wrong sizes"
+        )
+    if fit.stretch:
+        longer = "longer" if fit.stretch > 0 else "shorter"
+        yield (
+            f"the mat is printed {100 * abs(np.expm1(fit.stretch)):.1f} % {longer} from the words "
+            "away than across: allowed for, and lengths go by its bar, which lies across; "
+            'print it at 100 % (not "fit to page"), or measure the bar'
+        )
+    yield from _zoom_faults(found, groups)
+
+
+def _zoom_faults(found: Sequence[PlacedPicture], groups: _Groups) -> Iterator[str]:
+    of_kind: dict[_Kind, list[PlacedPicture]] = {}
+    for each in found:
+        if (kind := groups[each.picture]) is not None:
+            of_kind.setdefault(kind, []).append(each)
+    for kind, pictures in of_kind.items():
+        usual = of_kind.get(replace(kind, zoom=0), [])
+        camera = pictures[0].camera
+        names = named([e.picture.shot.name for e in pictures])
+        if kind.zoom and usual:
+            ratio = camera.focal / usual[0].camera.focal
+            yield (
+                f"two focal lengths: {names} {'is' if len(pictures) == 1 else 'are'} zoomed or "
+                f"cropped {ratio:.3g} times: each has a camera of its own now; take all pictures "
+                "at one zoom, and do not crop them"
+            )
+        off = camera.centre - (np.array(kind.size) - 1) / 2
+        off_px = float(np.hypot(*off))
+        if off_px > SURE_SDS * CENTRE_SD * float(np.hypot(*kind.size)):
+            yield (
+                f"the optical axis is {off_px:.0f} px off the middle of {names}: use pictures as "
+                "they were taken, not cropped"
+            )
 
 
 def _posed(found: PlacedPicture) -> PosedPicture:

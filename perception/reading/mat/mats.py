@@ -67,6 +67,12 @@ class Mat:
         y = (self.rows / 2 - (row + 1)) * square
         return np.column_stack([x, y, np.zeros_like(x)])
 
+    def marker_corners(self, number: int) -> FloatArray:
+        """The corners of a marker in the mat's frame, in squares (4, 2), clockwise as printed."""
+        points = np.asarray(self.board.getObjPoints()[number - self.first_marker])[:, :2]
+        # OpenCV's frame begins at the far left corner, and its y runs towards the reader.
+        return np.asarray((points - [self.columns / 2, self.rows / 2]) * [1.0, -1.0])
+
     def black(self) -> Iterator[tuple[float, float, float, float]]:
         """All that is black of the board: left, low, width and height of rectangles, in millimetres
         from the paper's lower left corner.

@@ -13,7 +13,7 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.mat.mats import Mat, dictionary, mat_of_marker
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["LEAST_CORNERS", "Sighting", "sighting"]
+__all__ = ["LEAST_CORNERS", "MirroredError", "OtherBoardError", "Sighting", "sighting"]
 
 LEAST_CORNERS = 8
 """Half of the coordinates that they have is more than the six of a pose."""
@@ -21,6 +21,12 @@ LEAST_MARKERS = 3
 """Of a mat, to say that it is there: a single one may be read into anything."""
 MISREAD_SQUARES = 0.5
 """Farther off than a lens bends the mat; a corner of another marker is at least one off."""
+# A marker's outline is found along its outermost black pixels: its side comes out too short, in
+# simulated pictures by half a pixel and the blur's standard deviation, and is never too long by
+# half a pixel. The limit below allows half as much more.
+LONGEST_SIDE_PX, SHORTER_PX, SHORTER_BY_BLUR = 0.5, 1.0, 1.5
+MIRRORED_DIAGONAL_PX = 1600.0
+"""Size at which a picture without a mat is looked at in a mirror."""
 RIM_SQUARES = 0.125
 """Width of the white rim round a marker."""
 PROFILE_SQUARES = 0.11
@@ -29,6 +35,18 @@ BLURS = np.linspace(0.01, 2.0, 200)
 """Standard deviations of blur in widths of the rim; beyond them no marker is read."""
 PROFILE_SAMPLES = 41
 NOTHING: tuple[NDArray[np.intp], FloatArray] = np.zeros(0, dtype=np.intp), np.zeros((0, 2))
+
+
+_Marker = cv2.typing.MatLike
+"""The corners of a marker in a picture, (1, 4, 2), clockwise as it is printed."""
+
+
+class OtherBoardError(InputError):
+    """The picture shows markers of a mat, but on another board than the mat."""
+
+
+class MirroredError(InputError):
+    """The picture shows the mat mirrored."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,54 +65,147 @@ class Sighting:
 
 
 def sighting(image: Image) -> Sighting | None:
-    """The mat that a picture (H, W) shows; None where it shows none, or hardly anything of one.
+    """Find the mat that a picture (H, W) shows; None where it shows none, or hardly anything of it.
 
-    InputError where it shows two.
+    Raise InputError where it shows two, OtherBoardError where the markers are laid out otherwise
+    than on the mat, MirroredError where they are so in a mirror.
     """
-    corners, found, _ = cv2.aruco.ArucoDetector(dictionary()).detectMarkers(image)
-    ids = [] if found is None else [int(n) for n in np.ravel(found)]
+    markers, ids = _read_markers(image)
     of_mats = Counter(mat for n in set(ids) if (mat := mat_of_marker(n)) is not None)
     seen = [mat for mat, count in of_mats.items() if count >= LEAST_MARKERS]
-    if len(seen) > 1:
-        raise InputError(f"two mats are seen, {' and '.join(sorted(m.paper for m in seen))}")
     if not seen:
+        _check_mirror(_reduced(image), None)
         return None
-    (mat,) = seen
+    twice = Counter(mat_of_marker(n) for n, count in Counter(ids).items() if count > 1)
+    for mat in seen:
+        if twice[mat] >= LEAST_MARKERS:
+            raise InputError(f"two mats {mat.paper} are seen")
+    laid_out = [mat for mat in seen if _is_laid_out(mat, markers, ids)]
+    if not laid_out:
+        for mat in seen:
+            _check_mirror(image, mat)
+        raise OtherBoardError(_other_board(seen))
+    if len(laid_out) > 1:
+        raise InputError(f"two mats are seen, {' and '.join(sorted(m.paper for m in laid_out))}")
+    (mat,) = laid_out
     own = [k for k, n in enumerate(ids) if n in mat.markers]
-    twice = sum(count > 1 for count in Counter(ids[k] for k in own).values())
-    if twice >= LEAST_MARKERS:
-        raise InputError(f"two mats {mat.paper} are seen")
-    markers = np.array([[ids[k]] for k in own], dtype=np.int32)
-    numbers, pixels = _corners(image, mat, [corners[k] for k in own], markers)
+    markers, ids = [markers[k] for k in own], [ids[k] for k in own]
+    agreeing = np.flatnonzero(_agreeing(mat, markers, ids)).tolist()
+    markers, ids = [markers[k] for k in agreeing], [ids[k] for k in agreeing]
+    numbers, pixels = _find_corners(image, mat, markers, ids)
     if len(numbers) < LEAST_CORNERS:
         return None
-    return Sighting(mat, numbers, pixels, *_sharpness(image, mat, numbers, pixels))
+    blur_px, square_px = _sharpness(image, mat, numbers, pixels)
+    excess_px = _excess_of_sides(mat, markers, ids, numbers, pixels)
+    shortest_px = -SHORTER_PX - SHORTER_BY_BLUR * blur_px
+    if excess_px is not None and not shortest_px <= excess_px <= LONGEST_SIDE_PX:
+        raise OtherBoardError(_other_board([mat]))
+    return Sighting(mat, numbers, pixels, blur_px, square_px)
 
 
-def _corners(
-    image: Image,
-    mat: Mat,
-    markers: Sequence[cv2.typing.MatLike],
-    which: NDArray[np.int32],
+def _read_markers(image: Image) -> tuple[list[_Marker], list[int]]:
+    corners, found, _ = cv2.aruco.ArucoDetector(dictionary()).detectMarkers(image)
+    return list(corners), [] if found is None else [int(n) for n in np.ravel(found)]
+
+
+def _other_board(mats: Sequence[Mat]) -> str:
+    names = " or ".join(mat.name for mat in mats)
+    return (
+        f"shows another board than facetlog's {names}, with markers of other places or sizes: "
+        "print ours (facetlog mat -o mat.pdf)"
+    )
+
+
+def _is_laid_out(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> bool:
+    """Whether most of the markers of a mat that were read are where the mat has them.
+
+    Of another board a few always are: those of one row. A marker of the mat is hardly ever misread.
+    """
+    own = [k for k, n in enumerate(ids) if n in mat.markers]
+    agreeing = int(_agreeing(mat, [markers[k] for k in own], [ids[k] for k in own]).sum())
+    return agreeing >= LEAST_MARKERS and 2 * agreeing > len(own)
+
+
+def _agreeing(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> NDArray[np.bool_]:
+    """Which markers (n,) lie, with all four corners, where one homography of the mat has them."""
+    pixels = np.concatenate([np.reshape(marker, (4, 2)) for marker in markers]).astype(np.float64)
+    flat = np.concatenate([mat.marker_corners(n) for n in ids])
+    _, inliers = cv2.findHomography(pixels, flat, cv2.RANSAC, MISREAD_SQUARES)
+    if inliers is None:  # where all lie on one line
+        return np.zeros(len(ids), dtype=np.bool_)  # type: ignore[unreachable] # the stubs: never
+    return np.asarray(np.reshape(inliers, (-1, 4)).all(axis=1))
+
+
+def _check_mirror(image: Image, mat: Mat | None) -> None:
+    """Raise MirroredError if the picture in a mirror shows this mat, or any."""
+    markers, ids = _read_markers(np.ascontiguousarray(image[:, ::-1]))
+    mats = {found for n in ids if (found := mat_of_marker(n)) is not None}
+    if any(_is_laid_out(each, markers, ids) for each in mats if mat in (None, each)):
+        raise MirroredError(
+            "is mirrored: switch the camera's mirroring off (selfie cameras have it), or mirror "
+            "the picture back"
+        )
+
+
+def _reduced(image: Image) -> Image:
+    share = MIRRORED_DIAGONAL_PX / float(np.hypot(*image.shape))
+    if share >= 1.0:
+        return image
+    return np.asarray(
+        cv2.resize(image, None, fx=share, fy=share, interpolation=cv2.INTER_AREA), dtype=np.uint8
+    )
+
+
+def _find_corners(
+    image: Image, mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Numbers (n,) and pixels (n, 2) of the corners beside markers that were found."""
+    """Numbers (n,) and pixels (n, 2) of the corners beside these markers."""
     # One marker beside a corner is enough: the other one is often hidden. OpenCV's own check
     # refuses whole pictures.
     parameters = cv2.aruco.CharucoParameters()
     parameters.minMarkers, parameters.checkMarkers = 1, False
     detector = cv2.aruco.CharucoDetector(mat.board, parameters)
+    which = np.array(ids, dtype=np.int32)[:, None]
     pixels, found, _, _ = detector.detectBoard(image, None, None, markers, which)
     if found is None or len(found) < LEAST_CORNERS:
         return NOTHING
     numbers = np.asarray(found, dtype=np.intp).ravel()
-    at = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
-    # A marker that was misread puts corners squares away from where all others have them.
-    flat = mat.corners(numbers, 1.0)[:, :2]
-    _, inliers = cv2.findHomography(at, flat, cv2.RANSAC, MISREAD_SQUARES)
-    if inliers is None:  # where all lie on one line
-        return NOTHING  # type: ignore[unreachable] # OpenCV's stubs say that it is always there
-    fits = np.asarray(inliers).ravel() > 0
-    return numbers[fits], at[fits]
+    return numbers, np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+
+
+def _excess_of_sides(
+    mat: Mat,
+    markers: Sequence[_Marker],
+    ids: Sequence[int],
+    numbers: NDArray[np.intp],
+    pixels: FloatArray,
+) -> float | None:
+    """By how many pixels the markers' sides are longer than the mat's in squares of that size: the
+    median; None where no marker has all corners of its square.
+    """
+    at = {int(n): p for n, p in zip(numbers, pixels, strict=True)}
+    flat = {int(n): p for n, p in zip(numbers, mat.corners(numbers, 1.0)[:, :2], strict=True)}
+    found = []
+    for marker, n in zip(markers, ids, strict=True):
+        middle = mat.marker_corners(n).mean(axis=0)
+        of_square = [k for k, p in flat.items() if np.abs(p - middle).max() < 0.75]
+        if len(of_square) < 4:
+            continue
+        to_flat = cv2.getPerspectiveTransform(
+            np.array([at[k] for k in of_square], dtype=np.float32),
+            np.array([flat[k] for k in of_square], dtype=np.float32),
+        )
+        read = np.asarray(marker, dtype=np.float32).reshape(1, 4, 2)
+        side = _mean_side(cv2.perspectiveTransform(read, to_flat)[0])
+        square_px = _mean_side(np.reshape(marker, (4, 2))) / side
+        found.append((side - mat.marker_mm / mat.square_mm) * square_px)
+    return float(np.median(found)) if found else None
+
+
+def _mean_side(corners: cv2.typing.MatLike) -> float:
+    """The mean side of a quadrangle (4, 2)."""
+    sides = np.asarray(corners, dtype=np.float64) - np.roll(corners, 1, axis=0)
+    return float(np.linalg.norm(sides, axis=1).mean())
 
 
 def _sharpness(

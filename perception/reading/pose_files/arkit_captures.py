@@ -5,10 +5,11 @@ In both a camera looks along -z with y up (OpenGL's axes), the centre of the top
 
 Polycam's raw data, https://github.com/PolyCam/polyform#polycams-data-format: a file of numbers for
 each picture of the same name, keyframes/corrected_cameras/ for corrected_images/ if poses were
-optimised, else cameras/ for images/. t_00 to t_23 take camera to world, whose y is up.
+optimised, else cameras/ for images/. t_00 to t_23 take camera to world, whose y is up. Exports of
+today leave out width and height: they are the pictures'.
 
-Record3D's, https://github.com/marek-simonik/record3d: metadata.json beside rgbd/ or rgb/, whose
-pictures are numbered from 0: "K" is the matrix of intrinsics, column by column, or
+Record3D's, https://github.com/marek-simonik/record3d: metadata.json, or metadata, beside rgbd/ or
+rgb/, whose pictures are numbered from 0: "K" is the matrix of intrinsics, column by column, or
 "perFrameIntrinsicCoeffs" has fx, fy, cx, cy of each; "poses" are qx, qy, qz, qw and the place.
 Whether they start from the first picture or upright is not said: up is unknown.
 """
@@ -22,7 +23,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.json_file import read_json, taken
 from facetlog.perception.reading.pose_files.pose_checks import finite, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     PosedPicture,
@@ -38,7 +39,8 @@ __all__ = ["POLYCAM", "RECORD3D", "read_polycam", "read_record3d"]
 # Folders of cameras and of the pictures that they took, the better ones first.
 KEYFRAMES = "keyframes"
 PAIRS = {"corrected_cameras": "corrected_images", "cameras": "images"}
-METADATA, RGB = "metadata.json", ("rgbd", "rgb")
+METADATA, RGB = ("metadata.json", "metadata"), ("rgbd", "rgb")
+ZIPPED = ".r3d"
 SUFFIXES = (".jpg", ".jpeg", ".png")
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 OF_POLYCAM = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
@@ -69,7 +71,9 @@ def _of_polycam(file: Path, images: Path, scale: float) -> PosedPicture:
     numbers = finite([taken(fields, where, name) for name in names], 12, where)
     matrix = np.array(numbers).reshape(3, 4)
     pose = posed(matrix[:, :3] @ OPENCV_FROM_OPENGL, matrix[:, 3] * scale, where)
-    camera = {key: taken(fields, where, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
+    camera = {key: taken(fields, where, key) for key in ("fx", "fy", "cx", "cy")}
+    if isinstance(fields, Mapping):
+        camera |= {key: fields.get(key) for key in ("width", "height")}
     picture = _with_suffix(images, file.stem)
     name = f"{images.name}/{picture.name}"
     return PosedPicture(name, picture, read_intrinsics(_pinhole(camera), OF_POLYCAM, where), pose)
@@ -81,10 +85,10 @@ def read_record3d(path: Path, unit: str | None) -> PosesFile:
     document, where = read_json(path), str(path)
     poses = taken(document, where, "poses")
     if not isinstance(document, Mapping) or not isinstance(poses, list):
-        raise InputError(f'{path}: no list of "poses": is this Record3D\'s {METADATA}?')
+        raise InputError(f'{path}: no list of "poses": is this Record3D\'s {METADATA[0]}?')
     images = next((path.parent / name for name in RGB if (path.parent / name).is_dir()), None)
     if images is None:
-        raise InputError(f"{path.parent} has no folder {RGB[0]} of pictures beside {METADATA}")
+        raise InputError(f"{path.parent} has no folder {RGB[0]} of pictures beside {path.name}")
     pictures, faults = posed_pictures(
         partial(_of_record3d, number, document, images, scale, f"{path}: pose {number + 1}")
         for number in range(len(poses))
@@ -139,8 +143,22 @@ def _find_polycam(folder: Path) -> Path | None:
 
 
 def _find_record3d(folder: Path) -> Path | None:
-    path = folder / METADATA
-    return path if path.is_file() and any((folder / name).is_dir() for name in RGB) else None
+    if not any((folder / name).is_dir() for name in RGB):
+        return None
+    return next((path for name in METADATA if (path := folder / name).is_file()), None)
+
+
+def _refuse_zipped(path: Path, _options: PoseOptions) -> PosesFile:
+    raise InputError(f"{path} is Record3D's export, {_unpack(path)}")
+
+
+def _unpack(path: Path) -> str:
+    return f"a zip: unpack it (unzip {path.name} -d {path.stem}) and give that folder"
+
+
+def _lacks_unpacked(folder: Path) -> str:
+    path = next(iter(sorted(folder.glob(f"*{ZIPPED}"))), None)
+    return "" if path is None else f"{path.name} is {_unpack(path)}"
 
 
 POLYCAM = PoseReader(
@@ -152,8 +170,16 @@ POLYCAM = PoseReader(
 )
 RECORD3D = PoseReader(
     kind="Record3D capture",
-    needs=f"Record3D's {METADATA} with {RGB[0]}",
+    needs=f"Record3D's {METADATA[0]} with {RGB[0]}",
     find=_find_record3d,
-    takes=lambda path: path.name == METADATA,
+    takes=lambda path: path.name in METADATA,
     read=by_unit(read_record3d),
+)
+RECORD3D_ZIP = PoseReader(
+    kind="Record3D export",
+    needs=f"Record3D's {ZIPPED}, unpacked",
+    find=lambda _: None,
+    lacks=_lacks_unpacked,
+    takes=lambda path: path.suffix.lower() == ZIPPED,
+    read=_refuse_zipped,
 )

@@ -15,6 +15,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.pose_files.picture_places import picture_path
 from facetlog.perception.reading.pose_files.pose_checks import finite, posed
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -119,7 +120,7 @@ def _picture(name: str, block: Sequence[_Line], folder: Path, scale: float) -> P
         radial=(k1, k2, 0.0, 0.0),
     )
     pose = posed(rotation.T, -rotation.T @ shift * scale, where)
-    return PosedPicture(name, folder / name, intrinsics, pose)
+    return PosedPicture(name, picture_path(folder, name), intrinsics, pose)
 
 
 def _find(folder: Path) -> Path | None:

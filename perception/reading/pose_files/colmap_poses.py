@@ -17,6 +17,7 @@ from facetlog.perception.reading.colmap_files import (
     colmap_models,
     colmap_pictures,
 )
+from facetlog.perception.reading.pose_files.picture_places import picture_path
 from facetlog.perception.reading.pose_files.pose_checks import is_file, posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -96,7 +97,7 @@ def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
 
 
 def _there(names: Iterable[str], folder: Path) -> int:
-    return sum(is_file(folder / name) for name in names)
+    return sum(is_file(picture_path(folder, name)) for name in names)
 
 
 def _upwards(model: Path) -> Iterator[Path]:
@@ -134,7 +135,8 @@ def _posed(
     camera_from_world = rotation_of(picture.quaternion, picture.translation, where)
     centre = -camera_from_world.T @ np.array(picture.translation)
     pose = posed(camera_from_world.T, centre * scale, where)
-    return PosedPicture(picture.name, inside / picture.name, lenses[camera.number], pose)
+    path = picture_path(inside, picture.name)
+    return PosedPicture(picture.name, path, lenses[camera.number], pose)
 
 
 def _intrinsics(camera: ColmapCamera) -> Intrinsics:

@@ -19,6 +19,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
+from facetlog.perception.reading.pose_files.picture_places import picture_path
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -126,7 +127,7 @@ def _picture(
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: {exc}") from exc
     of_picture = replace(intrinsics, where=f"{where} ({name!r:.80})")
-    return PosedPicture(name, path.parent / name, of_picture, pose)
+    return PosedPicture(name, picture_path(path.parent, name), of_picture, pose)
 
 
 def _finite(text: str, key: str, where: str) -> float:

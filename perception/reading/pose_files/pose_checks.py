@@ -1,4 +1,8 @@
-"""Poses from the numbers that files have, with faults named by their place."""
+"""Poses from the numbers that files have, with faults named by their place.
+
+Numbers that no camera has are refused here, of all kinds of files: what comes later squares and
+divides them, and would end in overflow or in views that mean nothing.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,12 +10,40 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError
-from facetlog.perception.types import FloatArray, Pose
+from facetlog.perception.reading.lens import FISHEYES, Distortion, Lens
+from facetlog.perception.types import Camera, FloatArray, Pose
 
-__all__ = ["EXPORT", "finite", "is_file", "posed", "rotation_of"]
+__all__ = [
+    "EXPORT",
+    "LEAST_SPREAD",
+    "array_of",
+    "check_lens",
+    "check_pose",
+    "finite",
+    "is_file",
+    "posed",
+    "rotation_of",
+]
 
 EXPORT = "export it again"
 """The way out of what a program wrote in part."""
+FARTHEST = 1e12
+"""Units of length from a world's origin, and standard deviations: a thousand times the earth's
+circumference in millimetres, which are map coordinates. Doubles hold its fourth power."""
+LEAST_SPREAD = 1e-6
+"""Units of length between cameras: of metres less than a camera can be moved on purpose."""
+WIDEST_TANGENT = 25.0
+"""Tangent of the angle from the axis to the farthest pixel, 87.7 degrees: no pinhole sees more."""
+SMALLEST_ANGLE = 1e-3
+"""View angle in radians across a picture's diagonal: a telescope's."""
+FARTHEST_CENTRE = 10.0
+"""Of the principal point from the middle, in diagonals: beyond what is cropped from any picture."""
+LEAST_GAIN, MOST_GAIN = 0.2, 1.3
+"""Distorted over undistorted radius at a picture's corners: lenses bend inwards much (those that
+see 180 degrees), outwards by a tenth."""
+SHARE_OF_PICTURE = 5.0
+"""Focal lengths below, in px, are none but shares of the picture's width or height: they are 0.3
+(150 degrees) to 5 (a long telephoto lens)."""
 
 
 def is_file(path: Path) -> bool:
@@ -26,11 +58,33 @@ def finite(words: Sequence[object], count: int, where: str) -> list[float]:
     """So many finite numbers, from words or numbers; CalibrationError, with `where`, if not."""
     try:
         numbers = [float(word) for word in words]  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count or not np.isfinite(numbers).all():
         raise CalibrationError(f"{where}: not {count} finite numbers: {EXPORT}")
     return numbers
+
+
+def array_of(rows: object, *shape: int) -> FloatArray | None:
+    """Return the finite numbers of nested lists as an array of this shape; None for all else.
+
+    >>> array_of([[1, 2.5]], 1, 2)
+    array([[1. , 2.5]])
+    >>> array_of([True], 1), array_of([10**400], 1), array_of([1.0, 2.0], 1)
+    (None, None, None)
+    """
+    leaves = [rows]
+    for count in shape:
+        if not all(isinstance(each, list) and len(each) == count for each in leaves):
+            return None
+        leaves = [each for some in leaves for each in some]  # type: ignore[attr-defined]
+    if not all(type(x) in (int, float) for x in leaves):
+        return None
+    try:
+        found = np.array(rows, dtype=np.float64)
+    except OverflowError:
+        return None
+    return found if np.isfinite(found).all() else None
 
 
 def rotation_of(quaternion: Sequence[float], place: Sequence[float], where: str) -> FloatArray:
@@ -42,13 +96,13 @@ def rotation_of(quaternion: Sequence[float], place: Sequence[float], where: str)
 
     if not np.isfinite([*quaternion, *place]).all():
         raise CalibrationError(f"{where}: its pose is not finite: register the picture again")
-    w, x, y, z = quaternion
-    try:
-        return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
-    except ValueError as exc:
+    largest = float(np.abs(quaternion).max())
+    if largest == 0.0:
         raise CalibrationError(
             f"{where}: its quaternion is of length 0: register the picture again"
-        ) from exc
+        )
+    w, x, y, z = (number / largest for number in quaternion)  # whose squares neither over- nor
+    return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())  # underflow
 
 
 def posed(world_from_camera: FloatArray, centre: FloatArray, where: str) -> Pose:
@@ -57,3 +111,76 @@ def posed(world_from_camera: FloatArray, centre: FloatArray, where: str) -> Pose
         return Pose(world_from_camera, centre)
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: {exc}") from exc
+
+
+def check_pose(pose: Pose, covariance: FloatArray | None, where: str) -> None:
+    """Raise CalibrationError if a camera stands, or may be off, farther than any can."""
+    far = float(np.abs(pose.centre).max())
+    if far > FARTHEST:
+        raise CalibrationError(
+            f"{where}: the camera is {far:.2g} units from the origin, more than {FARTHEST:.0e}: "
+            "correct its translation"
+        )
+    if covariance is not None and np.abs(covariance).max() > FARTHEST**2:
+        raise CalibrationError(
+            f"{where}: the covariance has {np.abs(covariance).max():.2g}, more than "
+            f"{FARTHEST**2:.0e}: correct it, or leave it out"
+        )
+
+
+def check_lens(lens: Lens, where: str) -> None:
+    """Raise CalibrationError if no camera has the focal lengths, centre or distortion of a lens."""
+    camera = lens.camera
+    diagonal = float(np.hypot(camera.width, camera.height))
+    shortest, longest = min(camera.fx, camera.fy), max(camera.fx, camera.fy)
+    if longest < SHARE_OF_PICTURE and longest * WIDEST_TANGENT < diagonal:
+        raise CalibrationError(
+            f"{where}: a focal length of {shortest:.3g} px is a view angle of "
+            f"{_angle_deg(shortest, camera.width):.1f} degrees: give it in pixels, not as a share "
+            f"of the picture ({shortest:.3g} x {camera.width} = {shortest * camera.width:.4g} px "
+            f"are {_angle_deg(shortest * camera.width, camera.width):.0f} degrees)"
+        )
+    off = abs(camera.cx - (camera.width - 1) / 2), abs(camera.cy - (camera.height - 1) / 2)
+    if max(off) > FARTHEST_CENTRE * diagonal:
+        raise CalibrationError(
+            f"{where}: the principal point ({camera.cx:.6g}, {camera.cy:.6g}) is far outside of "
+            f"the picture of {camera.width} x {camera.height}: give it in pixels"
+        )
+    # A fisheye's radius is its focal length times the angle: from the middle, all round, π.
+    most = np.pi * shortest if lens.distortion in FISHEYES else WIDEST_TANGENT * shortest
+    if max(off[0] + camera.width / 2, off[1] + camera.height / 2) > most:
+        raise CalibrationError(
+            f"{where}: focal lengths of {camera.fx:.3g} and {camera.fy:.3g} px are a view angle of "
+            f"{_angle_deg(shortest, camera.width):.1f} degrees in pictures of "
+            f"{camera.width} x {camera.height}: give them in pixels of these pictures"
+        )
+    if longest * SMALLEST_ANGLE > diagonal:
+        raise CalibrationError(
+            f"{where}: focal lengths of {camera.fx:.3g} and {camera.fy:.3g} px are a view angle of "
+            f"{_angle_deg(longest, camera.width):.2g} degrees: give them in pixels"
+        )
+    gain = _gain_at_corners(lens)
+    if lens.distortion is Distortion.POLYNOMIAL and not LEAST_GAIN <= gain <= MOST_GAIN:
+        raise CalibrationError(
+            f"{where}: the lens distortion {_shown(lens.coefficients)} moves the picture's corners "
+            f"to {gain:.3g} times their distance from the middle ({LEAST_GAIN} to {MOST_GAIN}): "
+            "check the coefficients and the camera model"
+        )
+
+
+def _gain_at_corners(lens: Lens) -> float:
+    """Distorted over undistorted radius of the corners of the undistorted picture: the farthest
+    from 1."""
+    pinhole: Camera = lens.pinhole
+    u, v = np.array([0.0, pinhole.width - 1.0]), np.array([0.0, pinhole.height - 1.0])
+    x, y = (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy
+    gains = lens.radial_gain(np.add.outer(x**2, y**2).ravel())
+    return float(gains[np.argmax(np.abs(np.log(np.maximum(gains, 1e-300))))])
+
+
+def _angle_deg(focal: float, length: int) -> float:
+    return float(np.degrees(2 * np.arctan2(length / 2, focal)))
+
+
+def _shown(coefficients: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{c:g}" for c in coefficients) + ")"

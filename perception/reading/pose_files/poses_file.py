@@ -5,10 +5,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion, Lens
+from facetlog.perception.reading.pose_files.pose_checks import check_lens, check_pose
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 from facetlog.regular_file import read_regular_text
@@ -136,8 +139,11 @@ class Intrinsics:
                 self.prism,
                 self.projection,
             )
-            _ = lens.pinhole
+            with np.errstate(all="ignore"):  # of numbers that no lens has
+                check_lens(lens, self.where)
         except CalibrationError as exc:
+            if str(exc).startswith(self.where):
+                raise
             raise CalibrationError(f"{self.where}: {exc}") from exc
         return lens
 
@@ -159,6 +165,12 @@ class PosedPicture:
     covariance: FloatArray | None = field(default=None, compare=False)
     frame: VideoFrame | None = None
     turns: int = 0
+
+    @property
+    def place(self) -> str:
+        """Where its camera or pose is written, for messages, with its name."""
+        where, quoted = self.intrinsics.where, f"{self.name!r:.80}"
+        return where if quoted in where else f"{where} ({quoted})"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -194,7 +206,10 @@ def posed_pictures(
     faults: list[InputError] = []
     for read in readers:
         try:
-            pictures.append(read())
+            with np.errstate(all="ignore"):  # numbers that no pose has: checked below
+                picture = read()
+            check_pose(picture.pose, picture.covariance, picture.place)
+            pictures.append(picture)
         except InputError as exc:
             faults.append(exc)
     return tuple(pictures), tuple(faults)

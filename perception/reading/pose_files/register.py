@@ -8,13 +8,18 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
 from facetlog.perception.reading.pictures_alone import PICTURES
-from facetlog.perception.reading.pose_files.arkit_captures import POLYCAM, RECORD3D
+from facetlog.perception.reading.pose_files.arkit_captures import (
+    POLYCAM,
+    RECORD3D,
+    RECORD3D_ZIP,
+)
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
 from facetlog.perception.reading.pose_files.json_file import read_json
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
 from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
+from facetlog.perception.reading.pose_files.picture_places import find_pictures
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.transforms_file import (
@@ -38,7 +43,7 @@ __all__ = [
 
 # A file is read by the first that takes it.
 READERS: tuple[PoseReader, ...] = (
-    *(BLENDER, OPENMVG, POLYCAM, RECORD3D, TRANSFORMS, COLMAP),
+    *(BLENDER, OPENMVG, POLYCAM, RECORD3D, RECORD3D_ZIP, TRANSFORMS, COLMAP),
     *(BUNDLER, VISUALSFM, TUM, KITTI, PAN_TILT, PICTURES),
 )
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
@@ -111,7 +116,7 @@ def read_poses(path: Path, options: PoseOptions) -> PosesFile:
     """The contents of a poses file, read by the kind that its name shows."""
     reader = _reader_of(path)
     if reader is not None:
-        return reader.read(path, options)
+        return find_pictures(reader.read(path, options))
     if path.suffix.lower() in PICTURE_SUFFIXES:
         raise InputError(f"{path} is one picture: give the folder of all that show the thing")
     video = (

@@ -15,7 +15,6 @@ transforms_train.json of Blender's exports and of NeRF's data is of the same for
 number or a stream's address, which takes its picture when the frame is read.
 """
 
-import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,8 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.json_file import read_json
+from facetlog.perception.reading.pose_files.picture_places import picture_path
+from facetlog.perception.reading.pose_files.pose_checks import array_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
@@ -92,15 +93,10 @@ def _error_kind(said: object, path: Path) -> PoseErrorKind:
 def _up(said: object, path: Path) -> FloatArray | None:
     if said is None:
         return None
-    sound = (
-        isinstance(said, list)
-        and len(said) == 3
-        and all(type(x) in (int, float) and abs(x) < math.inf for x in said)
-        and any(said)
-    )
-    if not sound:
+    direction = array_of(said, 3)
+    if direction is None or not direction.any():
         raise CalibrationError(f"{path}: up is not three numbers, not all 0: give a direction")
-    direction = np.array(said, dtype=np.float64)
+    direction = direction / np.abs(direction).max()  # whose squares neither over- nor underflow
     return np.asarray(direction / np.linalg.norm(direction))
 
 
@@ -109,21 +105,16 @@ def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
     if rows is None:
         return None
     fault = f"{where}: covariance is not a symmetric, positive 6 x 6 matrix of finite numbers"
-    sound = (
-        isinstance(rows, list)
-        and len(rows) == 6
-        and all(isinstance(row, list) and len(row) == 6 for row in rows)
-        and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
-    )
-    if not sound:
+    numbers = array_of(rows, 6, 6)
+    if numbers is None:
         raise CalibrationError(fault)
     units = np.array([scale] * 3 + [1.0] * 3)
-    matrix: FloatArray = np.array(rows, dtype=np.float64) * units[:, None] * units
+    matrix: FloatArray = numbers * units[:, None] * units
     largest = np.abs(matrix).max()
     if np.abs(matrix - matrix.T).max() > SYMMETRY * largest:
         raise CalibrationError(fault)
-    matrix = (matrix + matrix.T) / 2
-    if np.linalg.eigvalsh(matrix).min() < -SYMMETRY * largest:
+    matrix = matrix / 2 + matrix.T / 2
+    if largest > 0 and np.linalg.eigvalsh(matrix / largest).min() < -SYMMETRY:
         raise CalibrationError(fault)
     return matrix
 
@@ -142,13 +133,12 @@ def _frame(
     fields = _with_fisheye(fields, where)
     matrix = _matrix(frame.get("transform_matrix"), where)
     try:
-        with np.errstate(over="ignore", invalid="ignore"):  # numbers that no rotation has
-            pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3] * scale)
+        pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3] * scale)
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: transform_matrix: {exc}") from exc
     return PosedPicture(
         name=name,
-        path=_picture_path(path.parent, name) if of_video is None else Path(of_video.source),
+        path=Path(of_video.source) if of_video else picture_path(path.parent, name, EXTENSIONS),
         intrinsics=read_intrinsics(fields, NAMES, where),
         pose=pose,
         covariance=_covariance(frame.get("covariance"), scale, where),
@@ -199,39 +189,17 @@ def _video_frame(
 
 def _matrix(rows: object, where: str) -> FloatArray:
     """The 4 x 4 (or 3 x 4) camera-to-world matrix of a frame, its last row checked."""
-    sound = (
-        isinstance(rows, list)
-        and len(rows) in (3, 4)
-        and all(isinstance(row, list) and len(row) == 4 for row in rows)
-        and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
-    )
-    if not sound:
+    whole = array_of(rows, 4, 4)
+    matrix = array_of(rows, 3, 4) if whole is None else whole
+    if matrix is None:
         fault = "is missing" if rows is None else "is not 4 x 4 finite numbers"
         raise CalibrationError(f"{where}: transform_matrix {fault}: give camera-to-world")
-    try:
-        matrix = np.array(rows, dtype=np.float64)
-    except OverflowError as exc:
-        raise CalibrationError(f"{where}: transform_matrix is not 4 x 4 finite numbers") from exc
     if len(matrix) == 4 and np.abs(matrix[3] - [0, 0, 0, 1]).max() > LAST_ROW_TOLERANCE:
         raise CalibrationError(
             f"{where}: the last row of transform_matrix is not 0 0 0 1: "
             "give camera-to-world with the position in the last column"
         )
     return matrix
-
-
-def _picture_path(folder: Path, name: str) -> Path:
-    """The file of a picture, whose name may be written without an extension, and on Windows."""
-    path = folder / name
-    try:
-        for written in dict.fromkeys((name, name.replace("\\", "/"))):
-            for extension in ("", *EXTENSIONS):
-                candidate = folder / (written + extension)
-                if candidate.is_file():
-                    return candidate
-    except (OSError, ValueError):  # a name that no file can have: reported where it is read
-        return path
-    return path
 
 
 def _find(name: str, folder: Path) -> Path | None:

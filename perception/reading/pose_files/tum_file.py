@@ -19,6 +19,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
+from facetlog.perception.reading.pose_files.picture_places import picture_path
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import (
     PoseReader,
@@ -107,7 +108,7 @@ def _picture(picture: _Row, row: _Row, intrinsics: Intrinsics, scale: float) -> 
     rotation = rotation_of((w, x, y, z), place, f"{where} (of {name!r:.80})")
     pose = posed(rotation, np.array(place) * scale, where)
     of_picture = replace(intrinsics, where=f"{listed} ({name!r:.80})")
-    return PosedPicture(name, Path(listed).parent / name, of_picture, pose)
+    return PosedPicture(name, picture_path(Path(listed).parent, name), of_picture, pose)
 
 
 TUM = PoseReader(

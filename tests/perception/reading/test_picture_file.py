@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,7 +12,8 @@ from hypothesis import strategies as st
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.picture_file import read_picture
-from tests.perception.reading.view_folders import picture
+from facetlog.perception.reading.read_views import read_views
+from tests.perception.reading.view_folders import picture, write_transforms
 
 KINDS = [".jpg", ".png", ".tiff", ".bmp", ".webp", ".pgm", ".ppm"]
 
@@ -146,3 +148,41 @@ def test_without_its_extra_heic_names_it(tmp_path: Path, monkeypatch: pytest.Mon
     (tmp_path / "a.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(40))
     with pytest.raises(InputError, match=r"a\.heic: HEIC .* pip install 'facetlog\[heic\]'"):
         read_picture(tmp_path / "a.heic")
+
+
+def claim_size(jpeg: bytes, width: int, height: int) -> bytes:
+    """The JPEG with another size in its frame header (ITU-T T.81, B.2.2)."""
+    at = jpeg.index(b"\xff\xc0") + 5
+    return jpeg[:at] + height.to_bytes(2, "big") + width.to_bytes(2, "big") + jpeg[at + 4 :]
+
+
+def test_a_header_of_a_gigapixel_is_refused_before_it_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.jpg"
+    whole = cv2.imencode(".jpg", picture())[1].tobytes()
+    path.write_bytes(claim_size(whole, 32_000, 32_000))
+    monkeypatch.setattr(cv2, "imdecode", None)
+    with pytest.raises(InputError, match="32000 x 32000 by its header"):
+        read_picture(path)
+
+
+def test_a_picture_that_is_not_of_its_cameras_size_is_not_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_transforms(tmp_path)
+    (folder / "images" / "1.png").write_bytes(
+        claim_size(cv2.imencode(".jpg", picture())[1].tobytes(), 9_000, 9_000)
+    )
+    decode, sizes = cv2.imdecode, []
+
+    def decoded(*given: Any) -> Any:
+        image = decode(*given)
+        sizes.append(image.shape)
+        return image
+
+    monkeypatch.setattr(cv2, "imdecode", decoded)
+    found = read_views(folder)
+    assert len(found.views) == 2
+    assert "the picture is 9000 x 9000, its camera says 48 x 32" in found.problems[0]
+    assert set(sizes) == {(32, 48)}

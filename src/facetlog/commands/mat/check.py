@@ -29,16 +29,17 @@ def check_command(photos: Photos, as_json: AsJson = False) -> int:
 
     if not photos.is_dir():
         raise InputError(f"{photos} is no folder: give one of pictures of a mat")
-    mat, found, left_out = mat_pictures(photos)
-    wanted = advice(found)
-    problems = lines_of(left_out)
+    found = mat_pictures(photos)
+    wanted = (*found.faults, *advice(found.pictures))
+    problems = lines_of(found.left_out)
     if as_json:
-        about = {"mat": mat.paper, "usable": len(found), "left_out": list(problems)}
+        usable = len(found.pictures)
+        about = {"mat": found.mat.paper, "usable": usable, "left_out": list(problems)}
         typer.echo(json.dumps({"schema": SCHEMA, **about, "advice": list(wanted)}))
         return NO if wanted else YES
     for line in problems:
         warn(line)
-    count = len(found) + len(left_out)
-    typer.echo(f"{mat.name}: {len(found)} of {count} pictures can be used")
+    count = len(found.pictures) + len(found.left_out)
+    typer.echo(f"{found.mat.name}: {len(found.pictures)} of {count} pictures can be used")
     typer.echo(printable("\n".join(wanted or ["they suffice: facetlog recognize takes them"])))
     return NO if wanted else YES

@@ -31,15 +31,22 @@ def sheet(mat: Mat, px_per_mm: int = PX_PER_MM) -> Image:
 
 
 def photo(
-    mat: Mat, pose: Pose, camera: Camera = SMALL, *, blur_px: float = 0.6, seed: int = 0
+    mat: Mat,
+    pose: Pose,
+    camera: Camera = SMALL,
+    *,
+    blur_px: float = 0.6,
+    seed: int = 0,
+    stretch: float = 1.0,
 ) -> Image:
-    """The mat on grey ground, (H, W), in noise."""
+    """The mat on grey ground, (H, W), in noise; printed so many times as long away from the reader
+    as across."""
     page, finer = sheet(mat), 2
     # Texels of the sheet to the mat's plane, and on to pixels of a finer picture.
     k = PX_PER_MM * 1000.0
     height, width = page.shape
     plane = np.array([[1 / k, 0, (0.5 - width / 2) / k], [0, -1 / k, (height / 2 - 0.5) / k]])
-    plane = np.vstack([plane, [0, 0, 1]])
+    plane = np.vstack([plane * [[1.0], [stretch]], [0, 0, 1]])
     r = pose.rotation.T
     to_picture = camera.matrix @ np.column_stack([r[:, :2], -r @ pose.centre]) @ plane
     fine = np.array([[finer, 0, (finer - 1) / 2], [0, finer, (finer - 1) / 2], [0, 0, 1]])

@@ -57,8 +57,9 @@ def test_a_lens_and_the_rows_poses_are_found_through_jpeg(tmp_path: Path) -> Non
     poses = ring_poses((0, 0, 0), 0.35, (0.25, 0.4), 4)
     block = placed(cuboid(0.1, 0.08, 0.06), 0, 0, yaw=0.5)
     taken(on_the_mat(block), poses, camera, tmp_path, seed=1)
-    mat, found, left_out = mat_pictures(tmp_path)
-    assert (mat, left_out) == (A3, ())
+    seen = mat_pictures(tmp_path)
+    found = seen.pictures
+    assert (seen.mat, seen.left_out, seen.faults) == (A3, (), ())
     assert np.mean(squared_errors(found, poses)) < 15
     for each, true in zip(found, poses, strict=True):
         assert np.linalg.norm(each.placed.pose.centre - true.centre) < 0.005
@@ -80,8 +81,9 @@ def test_a_thing_on_a_mat_is_what_it_is_and_as_large_as_it_is(name: str, tmp_pat
     poses = ring_poses((0, 0, 0.04), 0.5, (0.28, 0.42, 0.58), 14, jitter=0.06, rng=rng)
     solid = placed(THINGS[name](), 0.0, 0.0, yaw=0.4)
     phone = taken(on_the_mat(solid), poses, camera, tmp_path, seed=2)
-    _, found, left_out = mat_pictures(tmp_path)
-    assert not left_out
+    seen = mat_pictures(tmp_path)
+    found = seen.pictures
+    assert (seen.left_out, seen.faults) == ((), ())
     assert np.mean(squared_errors(found, poses)) < 12
     off = found[0].camera.lens[:2] - phone.lens[:2]
     assert (np.abs(off) < 4 * np.sqrt(np.diag(found[0].camera.cov)[3:5])).all()

@@ -58,6 +58,30 @@ def test_polycams_keyframes_are_those_of_transforms_json(tmp_path: Path, cameras
     assert (found.name, found.description) == ("tour", "Polycam capture, 3 pictures")
 
 
+def test_polycams_cameras_without_a_size_are_of_that_of_the_pictures(tmp_path: Path) -> None:
+    write_polycam(tmp_path)
+    wanted = read_views(tmp_path)
+    for path in (tmp_path / "keyframes" / "corrected_cameras").iterdir():
+        fields = json.loads(path.read_text())
+        del fields["width"], fields["height"]
+        path.write_text(json.dumps(fields))
+    same_views(read_views(tmp_path).views, wanted.views)
+
+
+def test_record3ds_metadata_may_have_no_suffix(tmp_path: Path) -> None:
+    (write_record3d(tmp_path) / "metadata.json").rename(tmp_path / "metadata")
+    assert len(read_views(tmp_path).views) == 3
+    assert len(read_views(tmp_path / "metadata").views) == 3
+
+
+def test_record3ds_zip_is_named_with_how_to_unpack_it(tmp_path: Path) -> None:
+    path = tmp_path / "box.r3d"
+    path.write_bytes(b"PK")
+    for given in (path, tmp_path):
+        with pytest.raises(InputError, match=r"unzip box\.r3d -d box"):
+            read_views(given)
+
+
 def test_optimised_cameras_go_before_those_of_arkit(tmp_path: Path) -> None:
     write_polycam(write_polycam(tmp_path, "cameras"), "corrected_cameras")
     assert read_views(tmp_path).views[0].name.startswith("corrected_images/8")
