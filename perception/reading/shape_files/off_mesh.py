@@ -21,7 +21,7 @@ from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 __all__ = ["read_off"]
 
 # [ST][C][N][4][n]OFF, then the counts, which ModelNet and others write without a blank between.
-KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF(?:\s+(BINARY))?(?=[\s\d]|$)")
+KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)(?:\s+(BINARY))?(?=[\s\d]|$)")
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2
 
