@@ -70,7 +70,9 @@ def _parse_xml(data: bytes, name: str) -> ElementTree.Element:
     except InputError as exc:
         raise InputError(f"{name}: {exc}") from None
     except (ElementTree.ParseError, LookupError, ValueError) as exc:
-        raise InputError(f"{name}: its XML is cut or damaged ({exc}); export it again") from exc
+        raise InputError(
+            f"{name}: its XML is truncated or damaged ({exc}); export it again"
+        ) from exc
     for element in root.iter():
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]  # without its namespace

@@ -17,7 +17,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.mesh_checks import Limits, claims_too_much
-from facetlog.perception.reading.shape_files.text_decoding import without_bom
+from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 from facetlog.perception.types import FloatArray
 
 __all__ = ["GltfData", "read_document"]
@@ -35,16 +35,17 @@ def read_document(path: Path, data: bytes, kind: str) -> tuple[dict[str, Any], b
     binary = None
     if data[:4] == GLB_MAGIC:
         data, binary = _read_chunks(data, name)
-    elif kind == "glb" and not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
-        raise InputError(f"{name}: has no GLB header; export the mesh again")
+    text = to_plain_bytes(data).lstrip()
+    if not text.startswith(b"{"):
+        head = "GLB header" if kind == "glb" else "JSON object"
+        shown = text[:30].decode("utf-8", "replace").partition("\n")[0]
+        raise InputError(f"{name}: has no {head}, it begins with {shown}; export the mesh again")
     try:
-        document = json.loads(without_bom(data))
+        document: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as exc:
         raise InputError(
-            f"{name}: is no glTF, its JSON is cut or damaged ({exc!s:.80}); export it again"
+            f"{name}: is no glTF, its JSON is truncated or damaged ({exc!s:.80}); export it again"
         ) from exc
-    if not isinstance(document, dict):
-        raise InputError(f"{name}: is no glTF, its JSON is no object; export it again")
     return document, binary
 
 

@@ -64,4 +64,4 @@ def describe_bad_row(name: str, number: int, row: bytes, what: str) -> InputErro
         return InputError(f"{place} has decimal commas; export with decimal points")
     if b"," in row:
         return InputError(f"{place} has commas between numbers; export with blanks")
-    return InputError(f"{place} is no {what}; the file is cut or damaged there")
+    return InputError(f"{place} is no {what}; the file is truncated or damaged there")

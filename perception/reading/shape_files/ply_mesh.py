@@ -139,8 +139,8 @@ def _read_rows(
     if (sizes < 2).any():
         row = int(np.flatnonzero(sizes < 2)[0])
         raise InputError(
-            f"{name}: face {row} has {sizes[row]} corners; the counts do not fit or the file is "
-            "damaged: export it again"
+            f"{name}: face {row} has {sizes[row]} corners; it is inconsistent or "
+            "damaged, export it again"
         )
     stripped = _strip_corners(strips)
     corners = np.concatenate((corners, stripped.ravel()))
@@ -149,7 +149,7 @@ def _read_rows(
     if len(beyond):
         raise InputError(
             f"{name}: a face names vertex {corners[beyond[0]]}, its vertices are 0 to "
-            f"{len(points) - 1}; the counts do not fit or the file is damaged: export it again"
+            f"{len(points) - 1}; it is inconsistent or damaged, export it again"
         )
     return cut_polygons(points, corners, sizes, name, limits)
 
@@ -351,8 +351,8 @@ def _walk_rows(source: _Text | _Bytes, element: _Element, place: int, name: str)
             length = source.integer(place, count_kind)
             if length < 0:
                 raise InputError(
-                    f"{name}: {element.name} {row} has a list of impossible length; the counts do "
-                    "not fit, or the file is damaged: export it again"
+                    f"{name}: {element.name} {row} has a list of impossible length; it is "
+                    "inconsistent or damaged, export it again"
                 )
             place += head
             starts[key].append(place)
@@ -372,7 +372,7 @@ def _is_cut(source: _Text | _Bytes, element: _Element, row: int, name: str) -> I
         return claims_too_much(name, f"{element.count} rows of {element.name}")
     return InputError(
         f"{name}: ends after {row} of {element.count} rows of {element.name}: claims more than it "
-        "holds; it is truncated, or its counts are wrong: export or copy it again"
+        "holds; it is truncated or inconsistent: export or copy it again"
     )
 
 
@@ -382,7 +382,7 @@ def _check_rest(source: _Text | _Bytes, element: _Element, place: int, name: str
         return
     raise InputError(
         f"{name}: more follows than the {element.count} rows of {element.name} that its header "
-        "counts; the counts do not fit, export it again"
+        "counts; it is inconsistent, export it again"
     )
 
 

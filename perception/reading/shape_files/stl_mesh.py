@@ -64,7 +64,7 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
     if held > count and _are_triangles(rest):
         raise InputError(
-            f"{name}: counts {count} triangles but holds {held}; the count is too small, export "
+            f"{name}: counts {count} triangles but holds {held}; it is inconsistent, export "
             "it again"
         )
     if count == 0:
@@ -128,7 +128,7 @@ def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[i
             shown = line.decode("utf-8", "replace").strip()
             raise InputError(
                 f"{name}: line {number}: {shown:.40}: cannot follow {last.decode()} in an STL; "
-                "the file is cut or damaged there"
+                "the file is truncated or damaged there"
             )
         elif word == b"endloop":
             sizes.append(len(rows) - start)

@@ -219,7 +219,7 @@ def test_an_off_with_other_lines_than_rows(tmp_path: Path) -> None:
         ("OFF\n6 1 0\n{}\n", "truncated"),
         ("OFF\n6 1 0\n{}\n6 0 1 2 3", "line 9: .* is no face"),
         ("OFF\n5 1 0\n{}\n6 0 1 2 3 4 5\n", "line 9: 1 more rows"),
-        ("OFF\n6 1 0\n{}\n3 0 1 2\n3 0 2 3\n", "line 10: 1 more rows .* too small"),
+        ("OFF\n6 1 0\n{}\n3 0 1 2\n3 0 2 3\n", "line 10: 1 more rows .* inconsistent"),
         ("OFF\n6 1 0\n{}\n6 0 1 2 3 4 6\n", "line 9: .* beyond 0 to 5"),
         ("4OFF\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "four or more dimensions"),
         ("OFF BINARY\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "binary OFF"),
