@@ -89,9 +89,9 @@ class GltfData:
         if "bufferView" in accessor:
             raw = self._elements(accessor, count, width, component).astype(np.float64)
         else:
-            # zeros; with `sparse` all but a few
+            # zeros (3.6.2.1), with `sparse` all but a few
             self._zeros += count
-            if self._zeros > 3 * self.limits.triangles or "sparse" not in accessor:
+            if self._zeros > 3 * self.limits.triangles:
                 raise claims_too_much(self.path.name, f"{count} values in 0 bytes")
             raw = np.zeros((count, width))
         if "sparse" in accessor:

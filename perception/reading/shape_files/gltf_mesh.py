@@ -210,8 +210,7 @@ class _Scene:
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in primitive["attributes"]:
             return None
         position = primitive["attributes"]["POSITION"]
-        accessors = self.document["accessors"]
-        accessor = accessors[position]
+        accessor = self.document["accessors"][position]
         compressed = DRACO in primitive.get("extensions", {})
         if compressed and "bufferView" not in accessor and "sparse" not in accessor:
             raise InputError(
@@ -222,9 +221,7 @@ class _Scene:
         points = self.data.read(position)
         for target, weight in zip(primitive.get("targets", ()), weights, strict=False):
             if weight and "POSITION" in target:
-                moves = accessors[target["POSITION"]]
-                if "bufferView" in moves or "sparse" in moves:  # else all are zero
-                    points = points + float(weight) * self.data.read(target["POSITION"])
+                points = points + float(weight) * self.data.read(target["POSITION"])
         if "indices" in primitive:
             corners = self.data.read(primitive["indices"]).ravel().astype(np.int64)
         else:
