@@ -33,13 +33,15 @@ def read_document(path: Path, data: bytes, kind: str) -> tuple[dict[str, Any], b
     """Return the JSON of a glTF, and the binary chunk of a GLB (None where there is none)."""
     name = path.name
     binary = None
-    if data[:4] == GLB_MAGIC:
+    chunks = data[:4] == GLB_MAGIC
+    if chunks:
         data, binary = _read_chunks(data, name)
     text = to_plain_bytes(data).lstrip()
     if not text.startswith(b"{"):
-        head = "GLB header" if kind == "glb" else "JSON object"
+        what = "GLB header" if kind == "glb" and not chunks else "JSON object"
         shown = text[:30].decode("utf-8", "replace").partition("\n")[0]
-        raise InputError(f"{name}: has no {head}, it begins with {shown}; export the mesh again")
+        begins = f", it begins with {shown}" if shown.isprintable() and shown else ""
+        raise InputError(f"{name}: has no {what}{begins}; export the mesh again")
     try:
         document: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as exc:

@@ -195,7 +195,7 @@ class _Scene:
                 if found is None:
                     continue
                 points, triangles = found
-                if "skin" in node:
+                if "skin" in node and "JOINTS_0" in primitive["attributes"]:
                     # section 3.7.3.3: the skinned mesh's own node does not move it
                     yield self._skin(points, primitive, node["skin"]), triangles
                     continue
