@@ -20,13 +20,18 @@ from facetlog.perception.reading.shape_files.mesh_checks import Limits, claims_t
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GltfData", "read_document"]
+__all__ = ["COMPRESSED", "GltfData", "is_compressed", "read_document"]
 
 GLB_MAGIC, GLB_JSON, GLB_BINARY = b"glTF", 0x4E4F534A, 0x004E4942
 # glTF 2.0, tables in 3.6.2.2: types of a component, components of an element.
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+# Extensions that keep geometry in other ways than accessors do.
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
 
 
 def read_document(path: Path, data: bytes, kind: str) -> tuple[dict[str, Any], bytes | None]:
@@ -49,6 +54,14 @@ def read_document(path: Path, data: bytes, kind: str) -> tuple[dict[str, Any], b
             f"{name}: is no glTF, its JSON is truncated or damaged ({exc!s:.80}); export it again"
         ) from exc
     return document, binary
+
+
+def is_compressed(name: str, extension: str) -> InputError:
+    """Return the error of geometry that is kept by an extension of `COMPRESSED`."""
+    return InputError(
+        f"{name}: is compressed with {COMPRESSED[extension]} ({extension}); export it without "
+        "compression"
+    )
 
 
 def _read_chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
@@ -129,12 +142,10 @@ class GltfData:
         try:
             buffer = self._buffer(index)
         except InputError:
-            compressed = [key for key in MESHOPT if key in view.get("extensions", {})]
+            compressed = [key for key in COMPRESSED if key in view.get("extensions", {})]
             if not compressed:
                 raise
-            raise InputError(
-                f"{self.path.name}: is compressed ({compressed[0]}); export it without compression"
-            ) from None
+            raise is_compressed(self.path.name, compressed[0]) from None
         if start < 0 or length < 0 or start + length > len(buffer):
             raise claims_too_much(self.path.name, f"a view of {length} bytes")
         return memoryview(buffer)[start : start + length]
