@@ -8,17 +8,16 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.dae_document import DaeDocument, parse_xml
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     merge_parts,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_numbers
 from facetlog.perception.reading.shape_files.polygons import (
     Triangulation,
     triangulate,
@@ -41,84 +40,36 @@ def read_dae(data: bytes, name: str, limits: Limits) -> TriangleList:
 
     Raises InputError where it is no sound XML or says less than it counts.
     """
-    document = _Document(_parse_xml(data, name), name)
-    vertices, triangles = merge_parts(document.iter_parts(), name, limits)
+    scene = _Scene(parse_xml(data, name), name)
+    vertices, triangles = merge_parts(scene.iter_parts(), name, limits)
     if not len(triangles):
         raise NoTrianglesError(f"{name}: shows no triangles; export the mesh with its scene")
-    warnings = Triangulation(triangles, document.narrow, document.crossing).warnings
+    warnings = Triangulation(triangles, scene.narrow, scene.crossing).warnings
     return TriangleList(
         vertices,
         triangles,
-        UP.get(document.up_axis),
-        document.unit_metres,
-        (*dict.fromkeys(document.warnings), *warnings),
+        UP.get(scene.up_axis),
+        scene.unit_metres,
+        (*dict.fromkeys(scene.warnings), *warnings),
     )
 
 
-class _NoDocumentType(ElementTree.TreeBuilder):
-    """Entities of a document type can unfold without end; no exporter writes any."""
-
-    def doctype(self, *_: str | None) -> None:
-        raise InputError("has a document type; export the DAE without one")
-
-
-def _parse_xml(data: bytes, name: str) -> ElementTree.Element:
-    parser = ElementTree.XMLParser(target=_NoDocumentType())  # noqa: S314 - see there
-    try:
-        parser.feed(data)
-        root: ElementTree.Element = parser.close()
-    except InputError as exc:
-        raise InputError(f"{name}: {exc}") from None
-    except (ElementTree.ParseError, LookupError, ValueError) as exc:
-        raise InputError(f"{name}: its XML is cut or damaged ({exc}); export it again") from exc
-    for element in root.iter():
-        if isinstance(element.tag, str):
-            element.tag = element.tag.rpartition("}")[2]  # without its namespace
-    version = root.get("version", "")
-    if root.tag != "COLLADA":
-        raise InputError(f"{name}: is no COLLADA document but <{root.tag:.30}>; export it again")
-    if version.startswith(("1.0", "1.1", "1.2", "1.3")):
-        raise InputError(f"{name}: is COLLADA {version:.10}, which is not read; convert it to 1.4")
-    return root
-
-
 @dataclass(slots=True)
-class _Document:
-    """A COLLADA document; `narrow` and `crossing` count faces, as in Triangulation."""
+class _Scene(DaeDocument):
+    """What a COLLADA document shows; `narrow` and `crossing` count faces, as in Triangulation."""
 
-    root: ElementTree.Element
-    name: str
     warnings: list[str] = field(default_factory=list)
     narrow: int = 0
     crossing: int = 0
-    _ids: dict[str, ElementTree.Element] = field(default_factory=dict)
     _geometries: dict[str, tuple[FloatArray, Indices]] = field(default_factory=dict)
     _joints: dict[str, list[tuple[ElementTree.Element, FloatArray]]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self._ids = {e.get("id", ""): e for e in self.root.iter() if e.get("id")}
-
-    @property
-    def up_axis(self) -> str:
-        return (self.root.findtext("asset/up_axis") or "Y_UP").strip()
-
-    @property
-    def unit_metres(self) -> float | None:
-        unit = self.root.find("asset/unit")
-        words = None if unit is None else unit.get("meter")
-        if words is None:
-            return None
-        found = self._numbers(words, "the unit's meter")
-        if len(found) != 1 or not 0.0 < found[0] < np.inf:
-            raise InputError(f"{self.name}: has a unit of {words:.20} m; export it again")
-        return float(found[0])
 
     def iter_parts(self) -> Iterator[tuple[FloatArray, Indices]]:
         """Yield points and triangles of all that the scene shows, in its frame."""
         shown = self.root.find("scene/instance_visual_scene")
         if shown is None:
             raise NoTrianglesError(f"{self.name}: shows no object; export the mesh with its scene")
-        scene = self._referred(shown)
+        scene = self.follow(shown)
         placed = list(self._iter_nodes(scene))
         for node, world in placed:
             for key in ("sid", "id", "name"):
@@ -127,7 +78,7 @@ class _Document:
         for node, world in placed:
             for child in node:
                 if child.tag == "instance_geometry":
-                    points, triangles = self._geometry(self._referred(child))
+                    points, triangles = self._geometry(self.follow(child))
                     yield _moved(points, triangles, world)
                 elif child.tag == "instance_controller":
                     yield self._controlled(child, world)
@@ -145,44 +96,14 @@ class _Document:
                 raise InputError(
                     f"{self.name}: its nodes show each other without end; export it again"
                 )
-            world = above @ self._local_matrix(node)
+            world = above @ self.find_matrix(node)
             yield node, world
             below = [
-                self._referred(child) if child.tag == "instance_node" else child
+                self.follow(child) if child.tag == "instance_node" else child
                 for child in node
                 if child.tag in ("node", "instance_node")
             ]
             waiting += [(child, world, depth + 1) for child in reversed(below)]
-
-    def _local_matrix(self, node: ElementTree.Element) -> FloatArray:
-        matrix = np.eye(4)
-        for step in node:
-            if step.tag in _TRANSFORMS:
-                matrix = matrix @ _transform(
-                    step.tag, self._numbers(step.text, f"a {step.tag}"), self.name
-                )
-        return matrix
-
-    def _referred(self, element: ElementTree.Element, key: str = "url") -> ElementTree.Element:
-        url = element.get(key, "")
-        if not url.startswith("#"):
-            raise InputError(
-                f"{self.name}: refers to another file ({url:.60}); export all into one DAE"
-            )
-        found = self._ids.get(url[1:])
-        if found is None:
-            raise InputError(f"{self.name}: refers to {url:.60}, which is missing; export it again")
-        return found
-
-    def _numbers(self, text: str | None, what: str, kind: Any = np.float64) -> Any:
-        found = parse_numbers((text or "").encode("utf-8", "replace"), kind)
-        if found is None:
-            if "," in (text or ""):
-                raise InputError(
-                    f"{self.name}: {what} has decimal commas; export with decimal points"
-                )
-            raise InputError(f"{self.name}: {what} is no list of numbers; export the DAE again")
-        return found
 
     def _geometry(self, geometry: ElementTree.Element) -> tuple[FloatArray, Indices]:
         """Points and triangles of a geometry in its own frame."""
@@ -202,56 +123,13 @@ class _Document:
             if not any(e.tag in _PRIMITIVES for e in mesh):
                 return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
             raise InputError(f"{self.name}: a mesh has no positions; export it again")
-        points = self._coordinates(self._referred(position, "source"))
+        points = self.read_coordinates(self.follow(position, "source"))
         triangles = [self._triangles(e, points) for e in mesh if e.tag in _PRIMITIVES]
         return points, np.concatenate((np.zeros((0, 3), dtype=np.int64), *triangles))
 
-    def _coordinates(self, source: ElementTree.Element) -> FloatArray:
-        """The X, Y and Z (n, 3) of a source."""
-        values, accessor = self._source_values(source)
-        stride = self._integer(accessor, "stride", 1)
-        names = [param.get("name") for param in accessor.findall("param")]
-        axes = [names.index(axis) for axis in "XYZ" if axis in names]
-        if len(axes) != 3:
-            axes = [0, 1, 2]
-        if stride < 3:
-            raise InputError(f"{self.name}: has positions of {stride} numbers; export it again")
-        rows = self._rows(values, accessor, stride)
-        return np.asarray(rows[:, axes], dtype=np.float64)
-
-    def _rows(self, values: Any, accessor: ElementTree.Element, stride: int) -> Any:
-        """An accessor's rows (count, stride) of the numbers of its array."""
-        start, count = self._integer(accessor, "offset", 0), self._integer(accessor, "count", 0)
-        if start + count * stride > len(values):
-            raise InputError(
-                f"{self.name}: claims {count} rows of {stride} numbers, more than it holds "
-                f"({len(values)}); it is truncated or inconsistent, export it again"
-            )
-        return values[start : start + count * stride].reshape(count, stride)
-
-    def _source_values(self, source: ElementTree.Element) -> tuple[FloatArray, ElementTree.Element]:
-        accessor = source.find("technique_common/accessor")
-        array = source.find("float_array")
-        if accessor is None:
-            raise InputError(f"{self.name}: a source has no accessor; export it again")
-        if array is None:
-            array = self._referred(accessor, "source")
-        return self._numbers(array.text, f"the array {array.get('id', '')}"), accessor
-
-    def _integer(self, element: ElementTree.Element, key: str, default: int) -> int:
-        try:
-            found = int(element.get(key, default))
-        except ValueError:
-            found = -1
-        if found < 0:
-            raise InputError(
-                f"{self.name}: {element.tag} has a {key} of {element.get(key):.20}; export it again"
-            )
-        return found
-
     def _triangles(self, primitive: ElementTree.Element, points: FloatArray) -> Indices:
         inputs = primitive.findall("input")
-        offsets = [self._integer(e, "offset", 0) for e in inputs]
+        offsets = [self.parse_integer(e, "offset", 0) for e in inputs]
         stride = max(offsets, default=0) + 1
         at = next(
             (o for e, o in zip(inputs, offsets, strict=True) if e.get("semantic") == "VERTEX"), None
@@ -260,7 +138,7 @@ class _Document:
             raise InputError(f"{self.name}: {primitive.tag} have no VERTEX; export it again")
 
         def corners(element: ElementTree.Element) -> Indices:
-            found = self._numbers(element.text, f"a list of {primitive.tag}", np.int64)
+            found = self.parse_numbers(element.text, f"a list of {primitive.tag}", np.int64)
             if len(found) % stride:
                 raise self._is_inconsistent(primitive, f"{len(found)} indices for {stride} inputs")
             found = found[at::stride]
@@ -281,7 +159,7 @@ class _Document:
         """Triangles (m, 3) of a primitive whose elements <p> hold lists of corners."""
         none = np.zeros((0, 3), dtype=np.int64)
         together = np.concatenate((none.ravel(), *lists))
-        count = self._integer(primitive, "count", 0)
+        count = self.parse_integer(primitive, "count", 0)
         match primitive.tag:
             case "triangles":
                 if len(together) % 3:
@@ -293,7 +171,7 @@ class _Document:
             case "trifans":
                 return np.concatenate((none, *map(fan_triangles, lists)))
             case "polylist":
-                sizes = self._numbers(primitive.findtext("vcount"), "a vcount", np.int64)
+                sizes = self.parse_numbers(primitive.findtext("vcount"), "a vcount", np.int64)
                 if (sizes < 0).any() or sizes.sum() != len(together):
                     raise self._is_inconsistent(
                         primitive, f"{len(together)} corners for a vcount of {sizes.sum()}"
@@ -330,14 +208,14 @@ class _Document:
         self, instance: ElementTree.Element, world: FloatArray
     ) -> tuple[FloatArray, Indices]:
         """Points and triangles of an instance of a controller, in the scene's frame."""
-        controller = self._referred(instance)
+        controller = self.follow(instance)
         skin = controller.find("skin")
         if skin is None:
             return _moved(*self._shape(controller), world)
-        points, triangles = self._shape(self._referred(skin, "source"))
-        bind = self._numbers(skin.findtext("bind_shape_matrix"), "a bind_shape_matrix")
+        points, triangles = self._shape(self.follow(skin, "source"))
+        bind = self.parse_numbers(skin.findtext("bind_shape_matrix"), "a bind_shape_matrix")
         if len(bind):
-            points, triangles = _moved(points, triangles, self._matrix(bind))
+            points, triangles = _moved(points, triangles, self.parse_matrix(bind))
         names, inverse = self._skin_joints(skin)
         places = [self._joint_place(name, instance) for name in names]
         missing = [name for name, place in zip(names, places, strict=True) if place is None]
@@ -359,11 +237,6 @@ class _Document:
         except ValueError as exc:
             raise InputError(f"{self.name}: has {exc}; export it again") from exc
 
-    def _matrix(self, numbers: FloatArray) -> FloatArray:
-        if len(numbers) != 16:
-            raise InputError(f"{self.name}: a matrix has {len(numbers)} numbers; export it again")
-        return numbers.reshape(4, 4)
-
     def _shape(self, element: ElementTree.Element) -> tuple[FloatArray, Indices]:
         """Points and triangles of a geometry, or of a controller that morphs one."""
         if element.tag == "geometry":
@@ -373,23 +246,23 @@ class _Document:
             raise InputError(
                 f"{self.name}: a {element.tag} is neither skin nor morph; export it again"
             )
-        points, triangles = self._shape(self._referred(morph, "source"))
+        points, triangles = self._shape(self.follow(morph, "source"))
         targets, weights = list[str](), np.zeros(0)
         for entry in morph.findall("targets/input"):
-            source = self._referred(entry, "source")
+            source = self.follow(entry, "source")
             if entry.get("semantic") == "MORPH_TARGET":
                 targets = (
                     source.findtext("IDREF_array") or source.findtext("Name_array") or ""
                 ).split()
             elif entry.get("semantic") == "MORPH_WEIGHT":
-                weights = self._source_values(source)[0]
+                weights = self.read_values(source)[0]
         if len(targets) != len(weights):
             raise InputError(f"{self.name}: a morph has no weight for each target; export it again")
         base = 1.0 if morph.get("method") == "RELATIVE" else 1.0 - float(weights.sum())
         moved = base * points
         for target, weight in zip(targets, weights, strict=True):
             if weight:
-                other = self._ids.get(target)
+                other = self.ids.get(target)
                 if other is None or other.tag != "geometry":
                     raise InputError(f"{self.name}: a morph's target {target:.40} is missing")
                 shape = self._geometry(other)[0]
@@ -401,13 +274,13 @@ class _Document:
     def _skin_joints(self, skin: ElementTree.Element) -> tuple[list[str], Any]:
         names, inverse = list[str](), np.zeros((0, 4, 4))
         for entry in skin.findall("joints/input"):
-            source = self._referred(entry, "source")
+            source = self.follow(entry, "source")
             if entry.get("semantic") == "JOINT":
                 text = source.findtext("Name_array") or source.findtext("IDREF_array") or ""
                 names = text.split()
             elif entry.get("semantic") == "INV_BIND_MATRIX":
-                values, accessor = self._source_values(source)
-                inverse = self._rows(values, accessor, 16).reshape(-1, 4, 4)
+                values, accessor = self.read_values(source)
+                inverse = self.read_rows(values, accessor, 16).reshape(-1, 4, 4)
         if len(names) != len(inverse):
             raise InputError(
                 f"{self.name}: a skin has not a matrix for each joint; export it again"
@@ -419,11 +292,11 @@ class _Document:
         found = self._joints.get(name, [])
         if len(found) > 1:
             roots = [
-                self._ids[word]
+                self.ids[word]
                 for word in (
                     (e.text or "").strip().lstrip("#") for e in instance.findall("skeleton")
                 )
-                if word in self._ids
+                if word in self.ids
             ]
             inside = {id(node) for root in roots for node in root.iter("node")}
             found = [entry for entry in found if id(entry[0]) in inside] or found
@@ -437,11 +310,11 @@ class _Document:
         inputs = {e.get("semantic"): e for e in block.findall("input")}
         if not {"JOINT", "WEIGHT"} <= inputs.keys():
             raise InputError(f"{self.name}: a skin has no weights; export it again")
-        at = {key: self._integer(e, "offset", 0) for key, e in inputs.items()}
+        at = {key: self.parse_integer(e, "offset", 0) for key, e in inputs.items()}
         stride = max(at.values()) + 1
-        sizes = self._numbers(block.findtext("vcount"), "a vcount", np.int64)
-        flat = self._numbers(block.findtext("v"), "a list of weights", np.int64)
-        values = self._source_values(self._referred(inputs["WEIGHT"], "source"))[0]
+        sizes = self.parse_numbers(block.findtext("vcount"), "a vcount", np.int64)
+        flat = self.parse_numbers(block.findtext("v"), "a list of weights", np.int64)
+        values = self.read_values(self.follow(inputs["WEIGHT"], "source"))[0]
         if len(sizes) != count or (sizes < 0).any() or sizes.sum() * stride != len(flat):
             raise InputError(
                 f"{self.name}: a skin has weights for {len(sizes)} of {count} vertices, or not "
@@ -463,38 +336,6 @@ class _Document:
 
 
 _PRIMITIVES = frozenset({"triangles", "polylist", "polygons", "tristrips", "trifans"})
-_TRANSFORMS = {"matrix": 16, "translate": 3, "rotate": 4, "scale": 3, "lookat": 9, "skew": 7}
-
-
-def _transform(kind: str, numbers: FloatArray, name: str) -> FloatArray:
-    """The matrix (4, 4) of a transformation element."""
-    if len(numbers) != _TRANSFORMS[kind]:
-        raise InputError(
-            f"{name}: a {kind} has {len(numbers)} numbers, not {_TRANSFORMS[kind]}; export it again"
-        )
-    matrix = np.eye(4)
-    match kind:
-        case "matrix":
-            return numbers.reshape(4, 4)
-        case "translate":
-            matrix[:3, 3] = numbers
-        case "scale":
-            matrix[[0, 1, 2], [0, 1, 2]] = numbers
-        case "rotate":
-            length = float(np.linalg.norm(numbers[:3]))
-            if length > 0.0:
-                turn = np.radians(numbers[3]) * numbers[:3] / length
-                matrix[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
-        case "lookat":
-            eye, target, up = numbers.reshape(3, 3)
-            back = (eye - target) / np.linalg.norm(eye - target)
-            right = np.cross(up, back) / np.linalg.norm(np.cross(up, back))
-            matrix[:3] = np.column_stack((right, np.cross(back, right), back, eye))
-        case "skew":
-            # angle, the axis that is turned, the axis along which it moves
-            turned, along = (axis / np.linalg.norm(axis) for axis in (numbers[1:4], numbers[4:]))
-            matrix[:3, :3] += np.tan(np.radians(numbers[0])) * np.outer(along, turned)
-    return matrix
 
 
 def _moved(

@@ -17,35 +17,51 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.mesh_checks import Limits, claims_too_much
-from facetlog.perception.reading.shape_files.text_decoding import without_bom
+from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GltfData", "read_document"]
+__all__ = ["COMPRESSED", "GltfData", "is_compressed", "read_document"]
 
 GLB_MAGIC, GLB_JSON, GLB_BINARY = b"glTF", 0x4E4F534A, 0x004E4942
 # glTF 2.0, tables in 3.6.2.2: types of a component, components of an element.
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+# Extensions that keep geometry in other ways than accessors do.
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
 
 
 def read_document(path: Path, data: bytes, kind: str) -> tuple[dict[str, Any], bytes | None]:
     """Return the JSON of a glTF, and the binary chunk of a GLB (None where there is none)."""
     name = path.name
     binary = None
-    if data[:4] == GLB_MAGIC:
+    chunks = data[:4] == GLB_MAGIC
+    if chunks:
         data, binary = _read_chunks(data, name)
-    elif kind == "glb" and not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
-        raise InputError(f"{name}: has no GLB header; export the mesh again")
+    text = to_plain_bytes(data).lstrip()
+    if not text.startswith(b"{"):
+        what = "GLB header" if kind == "glb" and not chunks else "JSON object"
+        shown = text[:30].decode("utf-8", "replace").partition("\n")[0]
+        begins = f", it begins with {shown}" if shown.isprintable() and shown else ""
+        raise InputError(f"{name}: has no {what}{begins}; export the mesh again")
     try:
-        document = json.loads(without_bom(data))
+        document: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as exc:
         raise InputError(
-            f"{name}: is no glTF, its JSON is cut or damaged ({exc!s:.80}); export it again"
+            f"{name}: is no glTF, its JSON is truncated or damaged ({exc!s:.80}); export it again"
         ) from exc
-    if not isinstance(document, dict):
-        raise InputError(f"{name}: is no glTF, its JSON is no object; export it again")
     return document, binary
+
+
+def is_compressed(name: str, extension: str) -> InputError:
+    """Return the error of geometry that is kept by an extension of `COMPRESSED`."""
+    return InputError(
+        f"{name}: is compressed with {COMPRESSED[extension]} ({extension}); export it without "
+        "compression"
+    )
 
 
 def _read_chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
@@ -88,9 +104,9 @@ class GltfData:
         if "bufferView" in accessor:
             raw = self._elements(accessor, count, width, component).astype(np.float64)
         else:
-            # zeros; with `sparse` all but a few
+            # zeros (3.6.2.1), with `sparse` all but a few
             self._zeros += count
-            if self._zeros > 3 * self.limits.triangles or "sparse" not in accessor:
+            if self._zeros > 3 * self.limits.triangles:
                 raise claims_too_much(self.path.name, f"{count} values in 0 bytes")
             raw = np.zeros((count, width))
         if "sparse" in accessor:
@@ -126,12 +142,10 @@ class GltfData:
         try:
             buffer = self._buffer(index)
         except InputError:
-            compressed = [key for key in MESHOPT if key in view.get("extensions", {})]
+            compressed = [key for key in COMPRESSED if key in view.get("extensions", {})]
             if not compressed:
                 raise
-            raise InputError(
-                f"{self.path.name}: is compressed ({compressed[0]}); export it without compression"
-            ) from None
+            raise is_compressed(self.path.name, compressed[0]) from None
         if start < 0 or length < 0 or start + length > len(buffer):
             raise claims_too_much(self.path.name, f"a view of {length} bytes")
         return memoryview(buffer)[start : start + length]

@@ -12,7 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
-from facetlog.perception.reading.shape_files.gltf_data import GltfData, read_document
+from facetlog.perception.reading.shape_files.gltf_data import (
+    COMPRESSED,
+    GltfData,
+    is_compressed,
+    read_document,
+)
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
@@ -55,7 +60,6 @@ KNOWN = frozenset(
     }
 )
 MATERIALS = "KHR_materials_"
-COMPRESSED = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
 def read_gltf(path: Path, data: bytes, kind: str, limits: Limits) -> TriangleList:
@@ -93,7 +97,7 @@ def _check_asset(document: dict[str, Any], name: str) -> None:
         raise InputError(f"{name}: is glTF {version}, which is not read; convert it to glTF 2.0")
     for extension in map(str, document.get("extensionsRequired", ())):
         if extension in COMPRESSED:
-            raise InputError(f"{name}: is compressed ({extension}); export it without compression")
+            raise is_compressed(name, extension)
         if extension not in KNOWN and not extension.startswith(MATERIALS):
             raise InputError(
                 f"{name}: requires the extension {extension:.60}, which is not read; export it "
@@ -195,7 +199,7 @@ class _Scene:
                 if found is None:
                     continue
                 points, triangles = found
-                if "skin" in node:
+                if "skin" in node and "JOINTS_0" in primitive["attributes"]:
                     # section 3.7.3.3: the skinned mesh's own node does not move it
                     yield self._skin(points, primitive, node["skin"]), triangles
                     continue
@@ -210,21 +214,16 @@ class _Scene:
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in primitive["attributes"]:
             return None
         position = primitive["attributes"]["POSITION"]
-        accessors = self.document["accessors"]
-        accessor = accessors[position]
+        accessor = self.document["accessors"][position]
         compressed = DRACO in primitive.get("extensions", {})
         if compressed and "bufferView" not in accessor and "sparse" not in accessor:
-            raise InputError(
-                f"{self.name}: is compressed with Draco ({DRACO}); export it without compression"
-            )
+            raise is_compressed(self.name, DRACO)
         if accessor["type"] != "VEC3":
             raise ValueError("positions that are no VEC3")
         points = self.data.read(position)
         for target, weight in zip(primitive.get("targets", ()), weights, strict=False):
             if weight and "POSITION" in target:
-                moves = accessors[target["POSITION"]]
-                if "bufferView" in moves or "sparse" in moves:  # else all are zero
-                    points = points + float(weight) * self.data.read(target["POSITION"])
+                points = points + float(weight) * self.data.read(target["POSITION"])
         if "indices" in primitive:
             corners = self.data.read(primitive["indices"]).ravel().astype(np.int64)
         else:

@@ -10,7 +10,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["parse_numbers", "parse_rows"]
+__all__ = ["describe_bad_row", "parse_numbers", "parse_rows"]
 
 # So C of Windows writes numbers that are none.
 WINDOWS_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
@@ -51,15 +51,17 @@ def parse_rows(
         return np.asarray(flat.reshape(-1, columns), dtype=np.float64)
     for number, words, row in zip(numbers, cut, rows, strict=False):
         if len(words) < columns or parse_numbers(b" ".join(words)) is None:
-            raise _is_no_row(name, number, row, words, what)
+            raise describe_bad_row(name, number, row, what)
     raise InputError(f"{name}: has a {what} that is none; export the mesh again")
 
 
-def _is_no_row(name: str, number: int, row: bytes, words: Sequence[bytes], what: str) -> InputError:
+def describe_bad_row(name: str, number: int, row: bytes, what: str) -> InputError:
+    """Return the error of a row, in line `number`, that is not the numbers of a `what`."""
+    words = row.split()
     shown = row.decode("utf-8", "replace").strip()
     place = f"{name}: line {number}: {shown:.60}:"
     if any(DECIMAL_COMMA.match(word) for word in words):
         return InputError(f"{place} has decimal commas; export with decimal points")
-    if any(word.endswith(b",") or b"," in word for word in words):
+    if b"," in row:
         return InputError(f"{place} has commas between numbers; export with blanks")
-    return InputError(f"{place} is no {what}; the file is cut or damaged there")
+    return InputError(f"{place} is no {what}; the file is truncated or damaged there")

@@ -147,5 +147,5 @@ def _to_absolute(
     if value < 0:
         raise InputError(f"{place}: there are {so_far[at]} before it; export the mesh again")
     raise InputError(
-        f"{place}: there are {count}; the file is cut or inconsistent, export it again"
+        f"{place}: there are {count}; it is truncated or inconsistent, export it again"
     )

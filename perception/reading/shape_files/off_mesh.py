@@ -21,7 +21,7 @@ from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 __all__ = ["read_off"]
 
 # [ST][C][N][4][n]OFF, then the counts, which ModelNet and others write without a blank between.
-KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF(?:\s+(BINARY))?(?=[\s\d]|$)")
+KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)(?:\s+(BINARY))?(?=[\s\d]|$)")
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2
 
@@ -58,7 +58,7 @@ def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
         more = len(rows) - vertices - faces
         raise InputError(
             f"{name}: line {rows[vertices + faces][0]}: {more} more rows than its {claim}; "
-            "the counts are too small, export it again"
+            "it is inconsistent, export it again"
         )
     points = parse_rows(
         [row for _, row in rows[:vertices]], 3, [at for at, _ in rows[:vertices]], name, "vertex"
@@ -89,11 +89,13 @@ def _parse_faces(
         shown = row.decode("utf-8", "replace").strip()
         place = f"{name}: line {number}: {shown:.60}:"
         if corners is None or len(corners) != size:
-            raise InputError(f"{place} is no face; the counts do not fit, or the file is cut there")
+            raise InputError(
+                f"{place} is no face; it is truncated or inconsistent: export it again"
+            )
         if ((corners < 0) | (corners >= vertices)).any():
             raise InputError(
-                f"{place} names a vertex beyond 0 to {vertices - 1}; the counts do not fit the "
-                "faces, export it again"
+                f"{place} names a vertex beyond 0 to {vertices - 1}; it is inconsistent, export "
+                "it again"
             )
     raise InputError(f"{name}: has faces that are none; export the mesh again")
 

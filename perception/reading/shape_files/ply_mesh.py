@@ -17,7 +17,7 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
     claims_too_much,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_numbers
+from facetlog.perception.reading.shape_files.number_text import describe_bad_row, parse_numbers
 from facetlog.perception.reading.shape_files.text_decoding import (
     find_line_end,
     to_plain_bytes,
@@ -75,7 +75,7 @@ def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
     Raises NoTrianglesError for a PLY without faces, InputError where it ends before its last row
     or has more rows than its header counts.
     """
-    order, elements, body = _parse_header(data, name)
+    order, elements, body, line = _parse_header(data, name)
     counts = {element.name: element.count for element in elements}
     if not counts.get("face") and not counts.get("tristrips"):
         raise NoTrianglesError(f"{name}: has no faces; read it as a cloud, or export the faces too")
@@ -83,12 +83,12 @@ def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
     if order:
         return _read_rows(_Bytes(body), elements, name, limits)
     try:
-        return _read_rows(_Text(body, name), elements, name, limits)
+        return _read_rows(_Text(body, name, line), elements, name, limits)
     except InputError:
         trimmed = _trim_rows(body, elements)
         if trimmed is None:
             raise
-    found = _read_rows(_Text(trimmed, name), elements, name, limits)
+    found = _read_rows(_Text(trimmed, name, line), elements, name, limits)
     longer = "rows have more words than its header says; those at their ends are left out"
     return replace(found, warnings=(*found.warnings, longer))
 
@@ -139,8 +139,8 @@ def _read_rows(
     if (sizes < 2).any():
         row = int(np.flatnonzero(sizes < 2)[0])
         raise InputError(
-            f"{name}: face {row} has {sizes[row]} corners; the counts do not fit or the file is "
-            "damaged: export it again"
+            f"{name}: face {row} has {sizes[row]} corners; it is inconsistent or "
+            "damaged, export it again"
         )
     stripped = _strip_corners(strips)
     corners = np.concatenate((corners, stripped.ravel()))
@@ -149,7 +149,7 @@ def _read_rows(
     if len(beyond):
         raise InputError(
             f"{name}: a face names vertex {corners[beyond[0]]}, its vertices are 0 to "
-            f"{len(points) - 1}; the counts do not fit or the file is damaged: export it again"
+            f"{len(points) - 1}; it is inconsistent or damaged, export it again"
         )
     return cut_polygons(points, corners, sizes, name, limits)
 
@@ -167,8 +167,8 @@ def _strip_corners(strips: Sequence[Indices]) -> Indices:
     return np.concatenate((np.zeros((0, 3), dtype=np.int64), *pieces))
 
 
-def _parse_header(data: bytes, name: str) -> tuple[str, list[_Element], bytes]:
-    """Byte order ("" of text), elements, and all that follows the header."""
+def _parse_header(data: bytes, name: str) -> tuple[str, list[_Element], bytes, int]:
+    """Byte order ("" of text), elements, all that follows the header, and in which line."""
     data = without_bom(data) if data[:4].lstrip(b"\xef\xbb\xbf")[:3] == b"ply" else data
     if not data.startswith(b"ply"):
         data = to_plain_bytes(data)  # UTF-16
@@ -199,7 +199,7 @@ def _parse_header(data: bytes, name: str) -> tuple[str, list[_Element], bytes]:
             raise InputError(
                 f"{name}: {line.strip():.60}: is not understood in a PLY header; export it again"
             ) from None
-    return order, elements, body
+    return order, elements, body, len(lines) + 1
 
 
 def _is_format(words: Sequence[str]) -> bool:
@@ -222,15 +222,15 @@ def _with(element: _Element, new: _Property) -> _Element:
 
 
 class _Text:
-    """The words of a PLY in text."""
+    """The words of a PLY in text, which begin in a line."""
 
-    def __init__(self, body: bytes, name: str) -> None:
+    def __init__(self, body: bytes, name: str, line: int) -> None:
         numbers = parse_numbers(body)
         if numbers is None:
             plain = to_plain_bytes(body)
             numbers = parse_numbers(plain)
             if numbers is None:
-                raise _is_no_number(plain, name)
+                raise _is_no_number(plain, name, line)
         self.numbers: FloatArray = numbers
 
     def __len__(self) -> int:
@@ -276,14 +276,10 @@ class _Bytes:
         return numbers
 
 
-def _is_no_number(body: bytes, name: str) -> InputError:
-    for number, line in enumerate(body.split(b"\n"), 1):
-        if parse_numbers(line) is None:
-            shown = line.decode("utf-8", "replace").strip()
-            return InputError(
-                f"{name}: line {number} after the header: {shown:.60}: is no row of numbers; the "
-                "file is cut or damaged there"
-            )
+def _is_no_number(body: bytes, name: str, line: int) -> InputError:
+    for number, row in enumerate(body.split(b"\n"), line):
+        if parse_numbers(row) is None:
+            return describe_bad_row(name, number, row, "row of numbers")
     return InputError(f"{name}: has rows that are no numbers; export the mesh again")
 
 
@@ -307,9 +303,11 @@ def _find_rows(source: _Text | _Bytes, element: _Element, place: int, name: str)
         else:
             offsets[field.name] = width
             width += source.width(field.kind)
+    if width == 0:
+        return _Rows({}, {}, place)  # no memory for the rows of an element without properties
     end = place + element.count * width
     if not lists and end > len(source):
-        raise _is_cut(source, element, (len(source) - place) // max(width, 1), name)
+        raise _is_cut(source, element, (len(source) - place) // width, name)
     begins = None
     if end <= len(source) and all(first >= 0 for first in lengths.values()):
         begins = place + width * np.arange(element.count)
@@ -353,8 +351,8 @@ def _walk_rows(source: _Text | _Bytes, element: _Element, place: int, name: str)
             length = source.integer(place, count_kind)
             if length < 0:
                 raise InputError(
-                    f"{name}: {element.name} {row} has a list of impossible length; the counts do "
-                    "not fit, or the file is damaged: export it again"
+                    f"{name}: {element.name} {row} has a list of impossible length; it is "
+                    "inconsistent or damaged, export it again"
                 )
             place += head
             starts[key].append(place)
@@ -374,7 +372,7 @@ def _is_cut(source: _Text | _Bytes, element: _Element, row: int, name: str) -> I
         return claims_too_much(name, f"{element.count} rows of {element.name}")
     return InputError(
         f"{name}: ends after {row} of {element.count} rows of {element.name}: claims more than it "
-        "holds; it is truncated, or its counts are wrong: export or copy it again"
+        "holds; it is truncated or inconsistent: export or copy it again"
     )
 
 
@@ -384,7 +382,7 @@ def _check_rest(source: _Text | _Bytes, element: _Element, place: int, name: str
         return
     raise InputError(
         f"{name}: more follows than the {element.count} rows of {element.name} that its header "
-        "counts; the counts do not fit, export it again"
+        "counts; it is inconsistent, export it again"
     )
 
 

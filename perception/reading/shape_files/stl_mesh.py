@@ -20,6 +20,8 @@ from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 __all__ = ["read_stl"]
 
 HEADER_BYTES = 84
+# Comments and names before the first solid or facet of text end within this.
+SEEN = 1 << 12
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # Of text with several of them in a line.
 KEYWORD = re.compile(rb"(?i)[ \t]+(?=(?:outer|vertex|endloop|endfacet|facet|endsolid)\b)")
@@ -44,7 +46,13 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
 
     Raises InputError where it ends within a solid, or has fewer or more triangles than it counts.
     """
-    if _is_text(data):
+    head = data[: HEADER_BYTES + TRIANGLE.itemsize]
+    start = to_plain_bytes(data[:SEEN]) if b"\0" in head else data[:SEEN]
+    # a binary one has zeros: in numbers of triangles below 2^24, and in the two bytes after each
+    if b"\0" not in start[: len(head)]:
+        if re.search(rb"(?i)\b(?:solid|facet)\b", start) is None:
+            shown = start.strip().decode("utf-8", "replace").partition("\n")[0]
+            raise InputError(f"{name}: is no STL: it begins with {shown:.30}; export it again")
         return _read_text(to_plain_bytes(data), name, limits)
     if len(data) < HEADER_BYTES:
         raise InputError(f"{name}: is shorter than an STL header (84 bytes); export the mesh again")
@@ -56,7 +64,7 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
     if held > count and _are_triangles(rest):
         raise InputError(
-            f"{name}: counts {count} triangles but holds {held}; the count is too small, export "
+            f"{name}: counts {count} triangles but holds {held}; it is inconsistent, export "
             "it again"
         )
     if count == 0:
@@ -64,16 +72,6 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count, offset=HEADER_BYTES)
     points = rows["corners"].reshape(-1, 3).astype(np.float64)
     return TriangleList(points, np.arange(3 * count).reshape(-1, 3))
-
-
-def _is_text(data: bytes) -> bool:
-    """Whether an STL is text: a binary one may begin with "solid", too, but has zero bytes, in
-    numbers of triangles below 2^24 and in the two bytes after each.
-    """
-    head = data[: HEADER_BYTES + TRIANGLE.itemsize]
-    if b"\0" in head:
-        head = to_plain_bytes(data[:512])
-    return head.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() == b"solid" and b"\0" not in head
 
 
 def _are_triangles(data: bytes) -> bool:
@@ -130,7 +128,7 @@ def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[i
             shown = line.decode("utf-8", "replace").strip()
             raise InputError(
                 f"{name}: line {number}: {shown:.40}: cannot follow {last.decode()} in an STL; "
-                "the file is cut or damaged there"
+                "the file is truncated or damaged there"
             )
         elif word == b"endloop":
             sizes.append(len(rows) - start)

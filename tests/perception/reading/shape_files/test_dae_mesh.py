@@ -199,7 +199,7 @@ def test_what_does_not_fit_is_named(tmp_path: Path, primitive: str, said: str) -
 
 def test_damaged_xml_is_refused_with_its_place(tmp_path: Path) -> None:
     whole = document(geometry(L_LIST), SHOWN)
-    with pytest.raises(InputError, match=r"cut or damaged \(.*line 1"):
+    with pytest.raises(InputError, match=r"truncated or damaged \(.*line 1"):
         read(tmp_path, whole[: len(whole) // 2])
     with pytest.raises(InputError, match=r"is COLLADA 1\.3"):
         read(tmp_path, whole.replace(b"1.4.1", b"1.3.0"))

@@ -163,6 +163,7 @@ def liar(change: str) -> bytes:
             document["accessors"][0]["count"] = 4_000_000_000
         case "no view":
             del document["accessors"][0]["bufferView"]
+            document["accessors"][0]["count"] = 4_000_000_000
         case "view":
             document["bufferViews"][0]["byteLength"] = 4_000_000_000
         case "fetched":
@@ -197,7 +198,7 @@ def liar(change: str) -> bytes:
     ("change", "said"),
     [
         ("accessor", "has more than 2000 triangles"),
-        ("no view", "values in 0 bytes"),
+        ("no view", "has more than 2000 triangles"),
         ("view", "more than it holds"),
         ("fetched", "points outside its folder"),
         ("outside", "points outside its folder"),

@@ -219,7 +219,7 @@ def test_an_off_with_other_lines_than_rows(tmp_path: Path) -> None:
         ("OFF\n6 1 0\n{}\n", "truncated"),
         ("OFF\n6 1 0\n{}\n6 0 1 2 3", "line 9: .* is no face"),
         ("OFF\n5 1 0\n{}\n6 0 1 2 3 4 5\n", "line 9: 1 more rows"),
-        ("OFF\n6 1 0\n{}\n3 0 1 2\n3 0 2 3\n", "line 10: 1 more rows .* too small"),
+        ("OFF\n6 1 0\n{}\n3 0 1 2\n3 0 2 3\n", "line 10: 1 more rows .* inconsistent"),
         ("OFF\n6 1 0\n{}\n6 0 1 2 3 4 6\n", "line 9: .* beyond 0 to 5"),
         ("4OFF\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "four or more dimensions"),
         ("OFF BINARY\n6 1 0\n{}\n6 0 1 2 3 4 5\n", "binary OFF"),
@@ -284,3 +284,11 @@ def test_a_binary_stl_with_another_count_is_refused(tmp_path: Path, count: int) 
     content = content[:80] + count.to_bytes(4, "little") + content[84:]
     with pytest.raises(InputError, match=r"counts (0|11) triangles|claims 13"):
         read_mesh(written(tmp_path, "block.stl", content))
+
+
+def test_a_page_that_is_saved_as_a_mesh_is_no_truncated_one(tmp_path: Path) -> None:
+    page = b"<!DOCTYPE html>\n<html><head><title>Sign in</title></head></html>\n" * 9
+    for kind in ("stl", "ply", "off", "obj", "glb", "gltf", "dae"):
+        with pytest.raises(InputError) as refused:
+            read_mesh(written(tmp_path, f"page.{kind}", page))
+        assert "truncated" not in str(refused.value)

@@ -118,7 +118,7 @@ def test_the_same_faces_in_each_encoding(tmp_path: Path, data: st.DataObject) ->
 def test_counts_that_do_not_fit_are_refused(
     tmp_path: Path, encoding: str, counts: tuple[int, int], faces: object
 ) -> None:
-    with pytest.raises(InputError, match=r"counts |claims|names vertex"):
+    with pytest.raises(InputError, match=r"truncated|inconsistent"):
         read(tmp_path, ply(encoding, faces=faces, counts=counts))
 
 
@@ -135,7 +135,7 @@ def test_text_of_other_encodings(tmp_path: Path, encoding: str) -> None:
 
 def test_a_word_among_the_numbers_is_shown_with_its_line(tmp_path: Path) -> None:
     content = ply("ascii").replace(b"\n3.0 0.0 0.0", b"\n3,0 0.0 0.0", 1)
-    with pytest.raises(InputError, match="line 5 after the header: 3,0 0"):
+    with pytest.raises(InputError, match=r"line 15: 3,0 0.* decimal commas"):
         read(tmp_path, content)
 
 
