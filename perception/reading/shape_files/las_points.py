@@ -64,10 +64,11 @@ def read_las_chunks(path: Path) -> Iterator[FloatArray]:
     laspy: Any = import_module("laspy")
     # names in a header may be in any encoding
     options = {"laz_backend": laspy.LazBackend.Lazrs, "encoding_errors": "replace"}
-    with np.errstate(all="ignore"), laspy.open(path, **options) as file:
+    with laspy.open(path, **options) as file:
         several = max(1, CHUNK_BYTES // max(file.header.point_format.size, PLACE_BYTES))
         for chunk in file.chunk_iterator(several):
-            xyz = np.column_stack([chunk.x, chunk.y, chunk.z])
+            with np.errstate(all="ignore"):  # what is not finite is left out later
+                xyz = np.column_stack([chunk.x, chunk.y, chunk.z])
             yield np.asarray(xyz, dtype=np.float64)
 
 
