@@ -1,7 +1,14 @@
-"""Points of LAS and LAZ files: their header held against the file's size, then read by laspy."""
+"""Points of LAS and LAZ files: their header held against the file's size, then read by laspy.
+
+LAZ is read in a process of its own: its decompressor ends the process on damaged data.
+"""
 
 import struct
+import subprocess
+import tempfile
+from collections.abc import Iterator
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -9,19 +16,23 @@ import numpy as np
 
 from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import FloatArray
+from facetlog.python_process import importing_environment, python_module
 
-__all__ = ["las_points"]
+__all__ = ["describe_fault", "las_points", "read_las_chunks"]
 
 # LAS 1.4 R15, section 2.4: the public header block, as long as the minor version makes it.
 SIGNATURE = b"LASF"
 MINOR_AT = 25
 SIZES_AT, SIZES = 94, "<HII"  # bytes of the header, where the points begin, how many VLRs
+FORMAT_AT, COMPRESSED = 104, 0x80  # what a point has; LASzip sets the highest bit
 RECORD_AT, RECORD = 105, "<HI"  # bytes of a point, how many points (before 1.4)
 EXTENDED_AT, EXTENDED = 235, "<QIQ"  # from 1.4 on: where EVLRs begin, how many, how many points
 LEAST_HEADER = {3: 235, 4: 375}
 HEADER_BYTES, MOST_HEADER_BYTES = 227, 375
 # Sections 2.5 and 2.7: what a variable length record begins with.
 VLR_BYTES, EVLR_BYTES = 54, 60
+# Points are read so many bytes at a time: a header may claim any number of them, of any size.
+CHUNK_BYTES, PLACE_BYTES = 32 << 20, 24
 
 
 def las_points(path: Path, most: int) -> FloatArray:
@@ -29,25 +40,85 @@ def las_points(path: Path, most: int) -> FloatArray:
 
     Raises InputError where laspy is missing, for more than `most` points, and for damage.
     """
-    try:
-        laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
-    except ImportError as exc:
-        raise missing_extra(f"{path.name}: LAS files", "laspy", "las") from exc
-    _check_header(path, most)
-    try:
-        with laspy.open(path) as file:
-            return np.array(file.read().xyz, dtype=np.float64)
-    except (OSError, MemoryError):
-        raise
-    except Exception as exc:  # readers raise any kind of error on a damaged file
-        said = " ".join(str(exc).split()) or type(exc).__name__
-        raise InputError(
-            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud again"
-        ) from exc
+    if find_spec("laspy") is None:  # an extra: surveys need it, nothing else does
+        raise missing_extra(f"{path.name}: LAS files", "laspy", "las")
+    count, is_compressed = _check_header(path, most)
+    if is_compressed:
+        if find_spec("lazrs") is None:
+            raise missing_extra(f"{path.name}: LAZ files", "lazrs", "las")
+        points = _read_compressed(path)
+    else:
+        try:
+            points = np.concatenate([np.zeros((0, 3)), *read_las_chunks(path)])
+        except (OSError, MemoryError):
+            raise
+        except Exception as exc:  # readers raise any kind of error on a damaged file
+            raise _is_damaged(path, describe_fault(exc)) from exc
+    if len(points) < count:
+        raise InputError(f"{path.name}: has {len(points)} of {count} points; it is truncated")
+    return points
 
 
-def _check_header(path: Path, most: int) -> None:
-    """Raises InputError for counts that the file cannot hold: laspy makes room for any."""
+def read_las_chunks(path: Path) -> Iterator[FloatArray]:
+    """Yield the points (k, 3) of a LAS or LAZ file, as many at a time as take 32 MB."""
+    laspy: Any = import_module("laspy")
+    # names in a header may be in any encoding
+    options = {"laz_backend": laspy.LazBackend.Lazrs, "encoding_errors": "replace"}
+    with laspy.open(path, **options) as file:
+        several = max(1, CHUNK_BYTES // max(file.header.point_format.size, PLACE_BYTES))
+        for chunk in file.chunk_iterator(several):
+            with np.errstate(all="ignore"):  # what is not finite is left out later
+                xyz = np.column_stack([chunk.x, chunk.y, chunk.z])
+            yield np.asarray(xyz, dtype=np.float64)
+
+
+def _read_compressed(path: Path) -> FloatArray:
+    """Read a LAZ in a process of its own: the decompressor aborts on damaged data."""
+    command = python_module("facetlog.perception.reading.shape_files.laz_process", str(path))
+    with (
+        tempfile.TemporaryFile() as errors,
+        subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            # A Ctrl-C of the terminal is for us.
+            start_new_session=True,
+            env=importing_environment(),
+        ) as process,
+    ):
+        try:
+            data = b"" if process.stdout is None else process.stdout.read()
+            code = process.wait()
+        except BaseException:
+            process.kill()
+            raise
+        errors.seek(0)
+        lines = errors.read().decode("utf-8", "replace").strip().splitlines()
+    if code:
+        died = code < 0 or not lines
+        raise _is_damaged(path, "its compressed points end the reader" if died else lines[-1])
+    return np.frombuffer(data, dtype=np.float64).reshape(-1, 3)
+
+
+def describe_fault(exc: BaseException) -> str:
+    """Return what a reader says of a fault, in one line."""
+    said = " ".join(str(exc).split())
+    return f"{type(exc).__name__} {said}" if isinstance(exc, KeyError) or not said else said
+
+
+def _is_damaged(path: Path, reason: str) -> InputError:
+    return InputError(
+        f"{path.name}: cannot be read as LAS ({reason[:200]}): it is truncated or damaged; "
+        "export the cloud again"
+    )
+
+
+def _check_header(path: Path, most: int) -> tuple[int, bool]:
+    """How many points the file claims to have, and whether they are compressed.
+
+    Raises InputError for counts that the file cannot hold: laspy makes room for any.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(MOST_HEADER_BYTES)
@@ -72,8 +143,10 @@ def _check_header(path: Path, most: int) -> None:
             raise _claims_too_much(path.name, extended, "records after its points")
     if count > most:
         raise InputError(f"{path.name}: has {count} points, more than {most}; thin the cloud")
-    if path.suffix.lower() == ".las" and count * point_bytes > size - start:
+    is_compressed = bool(head[FORMAT_AT] & COMPRESSED)
+    if not is_compressed and count * point_bytes > size - start:
         raise _claims_too_much(path.name, count, "points")
+    return count, is_compressed
 
 
 def _claims_too_much(name: str, count: int, what: str) -> InputError:

@@ -17,14 +17,18 @@ from facetlog.perception.reading.shape_files.point_table import (
     rows_from_text,
 )
 from facetlog.perception.reading.shape_files.range_image import find_camera_centre
-from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes, without_bom
+from facetlog.perception.reading.shape_files.text_decoding import (
+    find_line_end,
+    to_plain_bytes,
+    without_bom,
+)
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Viewpoint", "decompress_lzf", "read_pcd_points"]
 
 HEADER_BYTES = 1 << 14
-# The header's last line, in any case, with its line end: binary data begins right after it.
-DATA_LINE = re.compile(rb"(?:^|[\r\n])[ \t]*DATA[ \t]+\w+[^\r\n]*(?:\r\n|\r|\n)", re.IGNORECASE)
+# The header's last line, in any case: binary data begins right after its line end.
+DATA_LINE = re.compile(rb"(?:^|[\r\n])[ \t]*DATA[ \t]+\w+[^\r\n]*(?=[\r\n])", re.IGNORECASE)
 # LZF makes at most 264 bytes of 3.
 MOST_EXPANSION = 88
 TYPES = {("F", 4): "<f4", ("F", 8): "<f8"} | {
@@ -86,7 +90,7 @@ def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, V
     header = _header(to_plain_bytes(head[: found.end()]).decode(), name)
     if header.count > most:
         raise InputError(f"{name}: has {header.count} points, more than {most}; thin the cloud")
-    body = head[found.end() :] + file.read()
+    body = head[found.end() :].removeprefix(find_line_end(head)) + file.read()
     match header.data:
         case "ascii":
             rows = rows_from_text(name, to_plain_bytes(body), sum(header.repeats), header.count)

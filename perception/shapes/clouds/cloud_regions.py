@@ -145,8 +145,8 @@ def _refusals(view: View) -> tuple[str, ...]:
         return ()
     places = " or ".join("({:g}, {:g}, {:g})".format(*place) for place in view.refused[:3])
     return (
-        f"points were not seen from {places}: lines of sight from there go through faces, so it is "
-        "unknown from where; give --sensor X,Y,Z if you know it",
+        f"points were not seen from {places}: lines of sight from there go through faces, or begin "
+        "in or below one; from where is unknown: give --sensor X,Y,Z if you know it",
     )
 
 

@@ -23,7 +23,7 @@ def scene_of_cloud(
     scene's warnings say so, or it is unknown. `whole` says that the surface is known from all
     sides; without it that is judged from the cloud: wherever one looks from, some of it must be
     hidden behind other surface, as of points all over a solid, but not of a view from one side.
-    Where the file says from where points were seen, the scene has lines of sight.
+    Where it is known from where points were seen, the scene has lines of sight.
     """
     direction = None
     if up is not None:

@@ -189,6 +189,72 @@ def test_named_columns_are_found_by_their_names(tmp_path: Path, points: FloatArr
     assert (cloud.normals == [0.0, 0.0, 1.0]).all()
 
 
+def with_lists(points: FloatArray, order: str, lengths: list[int]) -> bytes:
+    """A PLY with an element before its vertices, and a list within and after the place of each."""
+    ends = {"<": "binary_little_endian", ">": "binary_big_endian", "": "ascii"}
+    head = (
+        f"ply\nformat {ends[order]} 1.0\nelement camera 2\nproperty list uchar float pose\n"
+        f"element vertex {len(points)}\nproperty float x\nproperty list uchar int64 views\n"
+        "property float y\nproperty float z\nproperty uint64 id\nproperty list uint short w\n"
+        "end_header\n"
+    ).encode()
+    rows = [[(2, "u1"), (0.5, "f4"), (1.5, "f4")], [(0, "u1")]]
+    for (x, y, z), n in zip(points.tolist(), lengths, strict=True):
+        views = [(n, "u1"), *[(k, "i8") for k in range(n)]]
+        rows.append([(x, "f4"), *views, (y, "f4"), (z, "f4"), (2**40, "u8"), (1, "u4"), (7, "i2")])
+    if not order:
+        return head + "\n".join(" ".join(str(v) for v, _ in row) for row in rows).encode()
+    return head + b"".join(np.array(v, order + kind).tobytes() for row in rows for v, kind in row)
+
+
+@pytest.mark.parametrize("order", ["", "<", ">"])
+@pytest.mark.parametrize("lengths", [[3] * COUNT, [k % 4 for k in range(COUNT)]])
+def test_vertices_of_a_ply_may_have_lists(
+    tmp_path: Path, points: FloatArray, order: str, lengths: list[int]
+) -> None:
+    path = tmp_path / "a.ply"
+    whole = with_lists(points, order, lengths)
+    path.write_bytes(whole)
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+    path.write_bytes(whole[: -len(whole) // 4])
+    with pytest.raises(InputError, match=r"of 40 rows of vertex: claims more than it holds"):
+        read_cloud(path)
+
+
+@pytest.mark.parametrize("end", ["\r", "\r\n"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("kind", ["ply", "pcd"])
+@pytest.mark.parametrize("form", ["ascii", "binary"])
+def test_headers_may_have_other_line_ends_and_a_mark(
+    tmp_path: Path, points: FloatArray, form: str, kind: str, end: str, mark: bytes
+) -> None:
+    points[0, 0] = np.array([10, 13, 10, 66], "u1").view("<f4")[0]  # begins as a line end does
+    binary = "binary_little_endian" if form == "binary" else form
+    data = ply(points, binary) if kind == "ply" else pcd(points, form)
+    last = b"end_header\n" if kind == "ply" else f"DATA {form}\n".encode()
+    head, found, body = data.partition(last)
+    path = tmp_path / f"a.{kind}"
+    if form == "ascii":
+        body = body.replace(b"\n", end.encode())
+    path.write_bytes(mark + (head + found).replace(b"\n", end.encode()) + body)
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+
+
+@pytest.mark.parametrize("kind", ["ply", "pcd", "xyz"])
+def test_text_may_be_utf_16(tmp_path: Path, points: FloatArray, kind: str) -> None:
+    rows = "\n".join(" ".join(map(repr, row)) for row in points.tolist()).encode()
+    data = {"ply": ply(points, "ascii"), "pcd": pcd(points, "ascii"), "xyz": rows}[kind]
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(data.decode().encode("utf-16"))
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+
+
+def test_types_of_a_pcd_may_be_in_lower_case(tmp_path: Path, points: FloatArray) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_bytes(pcd(points, "binary").replace(b"TYPE F F F U", b"TYPE f f f u"))
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+
+
 def test_points_not_finite_or_there_twice_are_dropped_and_said(points: FloatArray) -> None:
     bad = np.array([[np.nan, 0.0, 0.0], [np.inf, 0.0, 0.0], [1e100, 0.0, 0.0]])
     cloud = Cloud.of(np.vstack([points, bad, points[:5]]), name="a")
@@ -217,11 +283,11 @@ def damaged(points: FloatArray) -> dict[str, tuple[str, bytes, str]]:
         "no header": ("a.ply", b"hello", "no PLY header"),
         "header only": ("a.ply", b"ply\nformat ascii 1.0\nend_header", "ends with its header"),
         "no vertices": ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "no vertices"),
-        "truncated": ("a.ply", little[:-5], "claims 40 points"),
+        "truncated": ("a.ply", little[:-5], "after 39 of 40 rows"),
         "a lie": ("a.ply", little.replace(b"vertex 40", b"vertex 4000000000"), "more than 5"),
-        "negative": ("a.ply", little.replace(b"vertex 40", b"vertex -4"), "damaged PLY header"),
+        "negative": ("a.ply", little.replace(b"vertex 40", b"vertex -4"), "is not understood"),
         "no x": ("a.ply", little.replace(b"float x", b"float q"), "no x, y and z"),
-        "text": ("a.ply", ply(points, "ascii").rsplit(b"\n", 2)[0], "claims 40 points"),
+        "text": ("a.ply", ply(points, "ascii").rsplit(b"\n", 2)[0], "of 40 rows"),
         "word": ("a.ply", ply(points, "ascii")[:-3] + b"zzz", "damaged row"),
         "cut pcd": ("a.pcd", pcd(points, "binary")[:-1], "claims 40 points"),
         "cut lzf": ("a.pcd", compressed[:-1], "truncated or damaged"),

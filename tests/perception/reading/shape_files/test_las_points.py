@@ -85,3 +85,37 @@ def test_truncated_files_are_refused(tmp_path: Path) -> None:
         path.write_bytes(whole[:kept])
         with pytest.raises(InputError, match="truncated"):
             las_points(path, 100)
+
+
+@needs_laspy
+def test_damaged_laz_ends_nothing_but_its_own_process(tmp_path: Path) -> None:
+    """A chunk table that claims 4 billion chunks, cut and overwritten points: one line each."""
+    path = tmp_path / "a.laz"
+    whole = las(path)
+    (start,) = struct.unpack_from("<I", whole, 96)
+    (table,) = struct.unpack_from("<q", whole, start)
+    chunks, far, points = bytearray(whole), bytearray(whole), bytearray(whole)
+    struct.pack_into("<I", chunks, table + 4, 0xFFFFFFFF)
+    struct.pack_into("<q", far, start, 2**40)
+    points[start + 8 :] = b"\xff" * (len(whole) - start - 8)
+    for damaged in (chunks, far, points, whole[: start + 30]):
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"^a\.laz: [^\n]*truncated"):
+            las_points(path, 100)
+
+
+@needs_laspy
+def test_compressed_points_named_las_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.laz"
+    las(path)
+    np.testing.assert_allclose(las_points(path.rename(tmp_path / "a.las"), 100), POINTS, atol=1e-4)
+
+
+@needs_laspy
+@pytest.mark.parametrize("name", ["a.las", "a.laz"])
+def test_names_in_the_header_may_be_in_any_encoding(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    data = bytearray(las(path))
+    data[26:29] = b"M\xfcn"  # the system identifier, in Latin-1
+    path.write_bytes(data)
+    np.testing.assert_allclose(las_points(path, 100), POINTS, atol=1e-4)
