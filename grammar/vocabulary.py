@@ -220,6 +220,9 @@ _WORDS = (
              meaning="how high its lowest point is above the lowest of its thing"),
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its thing reaches in front of its plane"),
+    _measure("reach_behind", Gives.LENGTH, FACE,
+             meaning="how far its thing reaches behind its plane: to the side opposite, if that "
+                     "was found"),
     _measure("clear_below", Gives.LENGTH, FACE, unknown=f"{_UP}, or it stands upright",
              meaning="the free height under most of it but for what carries it, down to the next "
              "face or the ground"),

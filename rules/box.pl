@@ -90,6 +90,6 @@ written(box, third, 'box.model:28', "each x of a, b, c: x is measured").
 
 % box.model:30
 size(box, _, [A, B, C], Name, Measure) :-
-    longest_first([shared_length(A, B), shared_length(A, C), shared_length(B, C)], Sorted),
+    longest_first([reach_behind(A), reach_behind(B), reach_behind(C)], Sorted),
     nth1(Number, Sorted, Measure),
     nth1(Number, [length, width, height], Name).

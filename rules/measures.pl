@@ -40,6 +40,7 @@ measure(fill(F), V, Sd, ratio)          :- fact(fill(F, V, Sd)).
 measure(coverage(F), V, 0, ratio)       :- fact(coverage(F, V)).
 measure(share(F), V, Sd, ratio)         :- fact(share(F, V, Sd)).
 measure(protrusion(F), V, Sd, length)   :- fact(protrusion(F, V, Sd)).
+measure(reach_behind(F), V, Sd, length) :- fact(reach_behind(F, V, Sd)).
 measure(offset(A, B), V, Sd, length)    :- fact(offset(A, B, V, Sd)).
 measure(elevation(F), V, Sd, length)    :- fact(elevation(F, V, Sd)).
 measure(elevation(T), V, Sd, length)    :- middle(T, V, Sd).

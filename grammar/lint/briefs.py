@@ -14,7 +14,7 @@ __all__ = ["Given", "Needed", "Required", "brief_of"]
 # Measures that bound one another; what one must be may follow from what another must be.
 _SIZES = frozenset({
     "length", "width", "height", "elevation", "top_of", "bottom_of", "clear_below", "protrusion",
-    "edge_length", "shared_length", "offset",
+    "reach_behind", "edge_length", "shared_length", "offset",
 })  # fmt: skip
 
 

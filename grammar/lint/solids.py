@@ -49,7 +49,15 @@ _HEIGHTS = ("top_of", "elevation", "bottom_of", "height", "clear_below")
 # No two points of a thing are further apart than the corners of its box, whose longest side is its
 # length.
 _DIAGONAL = 1 / math.sqrt(3)
-_REACHES = ("length", "width", "height", "edge_length", "protrusion", "shared_length")
+_REACHES = (
+    "length",
+    "width",
+    "height",
+    "edge_length",
+    "protrusion",
+    "reach_behind",
+    "shared_length",
+)
 
 _THIS = f"${THIS}"
 

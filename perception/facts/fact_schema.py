@@ -161,6 +161,11 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "how far the thing reaches in front of F's plane",
     ),
     _kind(
+        "reach_behind +F:face R:length Sd:length",
+        _ONE,
+        "how far the thing reaches behind F's plane: to the side opposite, if that was found",
+    ),
+    _kind(
         "angle +F1:face +F2:face Angle:deg Sd:deg",
         _ONE,
         "angle between the outward normals, 0..180",

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from facetlog.perception.facts.relations import FacePairs, offsets
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.row_products import along_axes, dots, quadratic_forms
 from facetlog.perception.row_table import (
@@ -35,12 +36,17 @@ __all__ = [
     "face_sizes",
     "outer_members",
     "protrusions",
+    "reaches_behind",
     "shares",
     "thing_boxes",
 ]
 
 # Faces this close in area count as equally large; well below any measuring error.
 AREA_TIE = 1e-6
+# Faces within 15 degrees of opposed are sides of one solid (cosine), if the other has this share of
+# a face's area: a notch's side has less.
+OPPOSED = float(-np.cos(np.deg2rad(15.0)))
+LEAST_OPPOSED = 0.2
 # In 3-D, hulls of fewer points than this are not worth Qhull's call.
 FEW_POINTS = 20
 
@@ -181,13 +187,56 @@ def _pairs(groups: Sequence[Group], whole: bool) -> tuple[Indices, Indices, Indi
 
 def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     """How far the things' vertices reach in front of their faces' planes, group by group."""
+    return _reaches(table, groups, 1.0)
+
+
+def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) -> Estimates:
+    """How far the things reach behind their faces' planes, group by group: to the side opposite,
+    where there is one, else to the farthest vertices.
+
+    A side that was measured is surer than its corners, which ragged faces of pictures lack.
+    """
+    found = _reaches(table, groups, -1.0)
+    faces = np.concatenate([group.faces for group in groups])
+    owners = np.full(len(table), -1, dtype=np.intp)
+    for nth, group in enumerate(groups):
+        owners[group.faces] = nth
+    one, two = pairs.one, pairs.two
+    normals, areas = table.planes.normals, table.areas
+    behind = (owners[one] == owners[two]) & (owners[one] >= 0)
+    behind &= dots(normals[one], normals[two]) <= OPPOSED
+    behind &= areas[one] >= LEAST_OPPOSED * areas[two]
+    places = np.flatnonzero(behind)
+    if not len(places):
+        return found
+    # of each two sides the surer plane, from the other's middle
+    values, sds = (each[places] for each in offsets(table, pairs))
+    back, back_sds = (each[pairs.other[places]] for each in offsets(table, pairs))
+    far, sd = -np.where(back_sds < sds, back, values), np.minimum(back_sds, sds)
+    # the farthest of each face, the lowest number first
+    order = np.lexsort((places, -far, two[places]))
+    first = order[np.unique(two[places][order], return_index=True)[1]]
+    first = first[far[first] > 0.0]
+    at = np.full(len(table), -1, dtype=np.intp)
+    at[two[places[first]]] = first
+    chosen = at[faces]
+    opposed = chosen >= 0
+    return Estimates(
+        np.where(opposed, far[chosen], found.values), np.where(opposed, sd[chosen], found.sds)
+    )
+
+
+def _reaches(table: FaceTable, groups: Sequence[Group], sign: float) -> Estimates:
+    """How far the things' vertices reach from their faces' planes along their normals (1) or
+    against them (-1), group by group.
+    """
     faces, counts, vertices = _pairs(groups, whole=True)
     planes = table.planes
     place, there = row_table(counts)
     others = vertices[place]
     there &= ~_is_member(table, faces, others)
-    normals = planes.normals[faces]
-    reach = dots(table.points[others], normals[:, None]) + planes.offsets[faces, None]
+    normals, offset = sign * planes.normals[faces], sign * planes.offsets[faces]
+    reach = dots(table.points[others], normals[:, None]) + offset[:, None]
     farthest = table.tolerance.highest(others, np.where(there, reach, -np.inf))
     # Without any vertex of others the face has but its own place.
     alone = ~farthest.any(axis=1)
@@ -201,7 +250,7 @@ def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     own = np.bincount(row, weights[row, column] ** 2 * along, minlength=len(faces))
     levers = np.column_stack([middles, np.ones(len(faces))])
     of_plane = quadratic_forms(levers, planes.covs[faces])
-    signed = (middles * normals).sum(axis=1) + planes.offsets[faces]
+    signed = (middles * normals).sum(axis=1) + offset
     signed[alone] = 0.0
     return Estimates.of(np.maximum(signed, 0.0), np.maximum(of_plane, 0.0) + np.maximum(own, 0.0))
 

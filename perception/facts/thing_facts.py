@@ -25,6 +25,7 @@ __all__ = [
     "gap_facts",
     "overlap_facts",
     "protrusion_facts",
+    "reach_facts",
     "rim_facts",
     "share_facts",
     "space_facts",
@@ -84,6 +85,13 @@ def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far things reach in front of their faces."""
     if s.groups:
         _by_groups("protrusion", measures.protrusions(s.table, s.groups), s, rows)
+
+
+def reach_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How far things reach behind their faces."""
+    if s.groups:
+        found = measures.reaches_behind(s.table, s.groups, s.pairs)
+        _by_groups("reach_behind", found, s, rows)
 
 
 def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:

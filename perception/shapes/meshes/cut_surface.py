@@ -32,7 +32,7 @@ def cut_off(
     cut = _cut_edges(surface, taken)
     if not len(cut):
         return surface, taken
-    caps = _caps(surface, ~taken, cut, planes)
+    surface, caps = _capped(surface, ~taken, cut, planes)
     # the taken ones get corners of their own
     names, place = np.unique(surface.triangles[taken], return_inverse=True)
     triangles = surface.triangles.copy()
@@ -57,21 +57,25 @@ def _edges(triangles: Indices) -> Indices:
     return np.sort(pairs, axis=1)
 
 
-def _caps(
+def _capped(
     surface: Surface, left: NDArray[np.bool_], cut: Indices, planes: tuple[LargePlane, ...]
-) -> Indices:
-    """Triangles (k, 3) that close each piece of what is left in the planes where it was cut."""
+) -> tuple[Surface, Indices]:
+    """The surface with its cut edges moved onto the planes, and triangles (k, 3) that close each
+    piece of what is left there.
+    """
+    points = surface.points.copy()
     own = surface.triangles[left]
     groups = joined(len(surface.points), np.concatenate((own[:, :2], own[:, 1:])))[1]
     found = [np.zeros((0, 3), dtype=np.int64)]
     for plane in planes:
         slack = max(NEAR_SLACKS * plane.slack, RESOLUTION * surface.size)
-        on = (np.abs(plane.heights(surface.points[cut])) <= slack).all(axis=1)
+        on = (np.abs(plane.heights(points[cut])) <= slack).all(axis=1)
+        rim = np.unique(cut[on])
+        points[rim] -= np.outer(plane.heights(points[rim]), plane.normal)
         found += (
-            _cap(surface.points, cut[on][rows], plane.normal)
-            for rows in by_group(groups[cut[on, 0]])
+            _cap(points, cut[on][rows], plane.normal) for rows in by_group(groups[cut[on, 0]])
         )
-    return np.concatenate(found)
+    return replace(surface, points=points), np.concatenate(found)
 
 
 def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
@@ -83,11 +87,13 @@ def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
     if len(ends) == 2:
         place = np.concatenate([place, ends[None]])
     flat = points[names] @ plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
-    area = shapely.build_area(shapely.multilinestrings(flat[place]))
-    if area is None or area.is_empty or not area.is_valid:
+    # rough loops cross themselves where they are looked at along the normal
+    area = shapely.build_area(shapely.node(shapely.multilinestrings(flat[place])))
+    if area is None or area.is_empty:
         return np.zeros((0, 3), dtype=np.int64)
     made = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
     corners = shapely.get_coordinates(made).reshape(-1, 4, 2)[:, :3]
     nearest = np.asarray(cKDTree(flat).query(corners.reshape(-1, 2))[1]).reshape(-1, 3)
-    triangles: Indices = names[nearest].astype(np.int64)
+    a, b, c = nearest.T
+    triangles: Indices = names[nearest[(a != b) & (b != c) & (c != a)]].astype(np.int64)
     return triangles

@@ -24,7 +24,7 @@ ACROSS = float(np.cos(np.deg2rad(20.0)))
 LEAST_SHARE = 0.1
 # ... and begins with so much of it.
 CORE_SHARE = 0.05
-# 99.7 % of a rough plane's surface is so many times its rms from it.
+# 99.7 % of a rough plane's corners are within so many times their rms from it.
 SDS = 3.0
 # A plane that begins with 5 % of its surface has grown to all of it after so many steps of √3.
 MOST_STEPS = 20
@@ -34,7 +34,7 @@ MOST_PLANES = 6
 @dataclass(frozen=True, eq=False, slots=True)
 class LargePlane:
     """The plane n · x = offset, n along the direction that was given, and how far its own surface
-    departs from it (3 rms). `triangles` (m,) are those that lie in it.
+    departs from it (3 rms of its corners). `triangles` (m,) are those that lie in it.
     """
 
     normal: FloatArray
@@ -101,7 +101,10 @@ def _grown(surface: Surface, rows: Indices, core: Indices, direction: FloatArray
         normal = fits.normals[0]
         normal = normal if float(normal @ direction) > 0.0 else -normal
         offset = float(normal @ fits.middles[0])
-        slack = max(SDS * float(fits.rms[0]), least)
+        # of corners: between them a rough surface is nearer to its plane
+        off = surface.corners[inside] @ normal - offset
+        rms = np.sqrt(np.average((off**2).mean(axis=1), weights=surface.areas[inside]))
+        slack = max(SDS * float(rms), least)
         found = rows[(np.abs(corners @ normal - offset) <= slack).all(axis=1)]
         if len(found) == len(inside) or not len(found):
             break

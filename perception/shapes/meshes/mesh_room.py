@@ -126,18 +126,19 @@ def leftovers(
     surface: Surface, taken: NDArray[np.bool_], planes: tuple[LargePlane, ...]
 ) -> NDArray[np.bool_]:
     """What of the other triangles is part of these planes, their normals outwards, the floor first:
-    pieces just beyond one of them, as a wall's ends, and bumps of it.
+    bumps of one of them, and pieces just beyond it, as a wall's ends.
     """
     floor = surface.points[np.unique(surface.triangles[planes[0].triangles])]
     reach = NEAR_SHARE * float(np.linalg.norm(np.ptp(floor, axis=0)))
     left = ~taken
     count, piece = joined(len(taken), surface.links[left[surface.links].all(axis=1)])
-    part = np.zeros(count, dtype=bool)
+    part, bumps = np.zeros(count, dtype=bool), np.zeros(len(taken), dtype=bool)
     for plane in planes:
         heights = plane.heights(surface.points)
+        bumps |= (np.abs(heights) <= BUMPS * plane.slack)[surface.triangles].all(axis=1)
         apart = (heights < -BUMPS * plane.slack) | (heights > reach)
         part |= group_sums(piece, apart[surface.triangles].any(axis=1), count) == 0.0
-    return part[piece] & left
+    return (part[piece] | bumps) & left
 
 
 def _turned_away(plane: LargePlane, middle: FloatArray) -> LargePlane:

@@ -128,13 +128,11 @@ def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]
     """Whether triangles make a surface together, with a warning if not; those that are an object by
     themselves are of no other.
     """
-    lone = surface.lone
-    several = (np.bincount(bodies) > 1)[bodies]
-    if not several.any():
-        several[:] = True
-    lone, areas = lone[several], surface.areas[several]
+    lone, areas = surface.lone, surface.areas
     share = float(areas[lone].sum() / areas.sum())
-    if len(lone) == 1 or share <= MOST_LONE:
+    several = (np.bincount(bodies) > 1)[bodies]
+    of_others = float(areas[lone & several].sum()), float(areas[several].sum())
+    if len(lone) == 1 or share <= MOST_LONE or of_others[0] < MOST_LONE * of_others[1]:
         return True, ()
     return False, (
         f"{int(lone.sum()):,} of {len(lone):,} triangles, {share:.1%} of the surface, share no "
