@@ -66,11 +66,11 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     spacing = float(np.median(found.spacing)) * stretch
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
-    floor = () if level is None or level.floor is None else (level.floor,)
+    around = () if level is None or level.floor is None else (level.floor, *level.around)
     bodies = np.full(len(cloud.points), -1)
-    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=floor)
+    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=around)
     body_of = [
-        -1 if n in floor else majority(bodies[looked][owner[looked] == n])
+        -1 if n in around else majority(bodies[looked][owner[looked] == n])
         for n in range(len(outlines))
     ]
     about = Surroundings(
@@ -84,8 +84,8 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     )
     direction = None if level is None else level.direction
     about, round_sensor = _seen_from_outside(about, direction)
-    regions = _regions(outlines, found, about, body_of, floor, direction)
-    whole = not floor and not round_sensor
+    regions = _regions(outlines, found, about, body_of, around, direction)
+    whole = not around and not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
@@ -155,7 +155,7 @@ def _up(
         # the floor is a better level than the cameras are
         plane = planes[level.floor]
         sign = 1.0 if float(plane.normal @ level.direction) > 0.0 else -1.0
-        return Up(sign * plane.normal, level.floor, level.how)
+        return replace(level, direction=sign * plane.normal)
     return level
 
 
@@ -164,16 +164,16 @@ def _regions(
     found: CloudPlanes,
     about: Surroundings,
     body_of: list[int],
-    floor: tuple[int, ...],
+    around: tuple[int, ...],
     up: FloatArray | None,
 ) -> tuple[FlatRegion, ...]:
-    """The outlines as regions that look outwards."""
+    """The outlines as regions that look outwards, those `around` things towards the things."""
     regions = []
     for number, outline in enumerate(outlines):
         plane = found.planes[outline.region].plane
         members = np.flatnonzero(about.owner == number)
-        if number in floor and up is not None:
-            sign = 1 if float(plane.normal @ up) > 0.0 else -1
+        if number in around:
+            sign = 1 if float(np.mean(plane.distance(about.points))) > 0.0 else -1
         elif len(members):
             sign = outer_side(number, members, plane, about, up=up)
         else:
