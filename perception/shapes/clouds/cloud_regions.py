@@ -80,11 +80,11 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     if up is not None and cloud.world_axes is not None:
         up = _up_of_points(up, cloud, outlines, planes)
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
-    floor = () if level is None or level.floor is None else (level.floor,)
+    around = () if level is None or level.floor is None else (level.floor, *level.around)
     bodies = np.full(len(cloud.points), -1)
-    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=floor)
+    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=around)
     body_of = [
-        -1 if n in floor else majority(bodies[looked][owner[looked] == n])
+        -1 if n in around else majority(bodies[looked][owner[looked] == n])
         for n in range(len(outlines))
     ]
     about = Surroundings(
@@ -106,8 +106,12 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
         view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
-    regions = _regions(outlines, planes, sides.signs.tolist(), body_of)
-    whole = not floor and not round_sensor
+    signs = sides.signs.tolist()
+    for number in around:
+        # the floor and the walls look towards what they are round
+        signs[number] = 1 if float(np.mean(planes[number].distance(about.points))) > 0.0 else -1
+    regions = _regions(outlines, planes, signs, body_of)
+    whole = not around and not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
@@ -230,7 +234,7 @@ def _up(
         # the floor is a better level than the cameras are
         plane = planes[level.floor]
         sign = 1.0 if float(plane.normal @ level.direction) > 0.0 else -1.0
-        return Up(sign * plane.normal, level.floor, level.how)
+        return replace(level, direction=sign * plane.normal)
     return level
 
 

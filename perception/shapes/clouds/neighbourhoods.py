@@ -42,9 +42,10 @@ class Neighbourhoods:
 
     `places` (m, 3) are the nodes themselves, `middles` and unit `normals` (m, 3), of either sign,
     those of their neighbours; `thickness` (m,) is the root mean square distance of the neighbours
-    from their plane, `radius` (m,) how far the furthest is; `links` (m, 10) are nodes next to each
-    node. `size` points are in a neighbourhood; `share` of the points are nodes. `noise` is the
-    cloud's: the standard deviation of a point off its surface, in the unit of length.
+    from their plane, `radius` (m,) how far the furthest is; `neighbours` (m, size) are their rows,
+    `links` (m, 10) are nodes next to each node. `size` points are in a neighbourhood; `share` of
+    the points are nodes. `noise` is the cloud's: the standard deviation of a point off its surface,
+    in the unit of length.
     """
 
     nodes: NDArray[np.intp]
@@ -53,6 +54,7 @@ class Neighbourhoods:
     normals: FloatArray
     thickness: FloatArray
     radius: FloatArray
+    neighbours: NDArray[np.int32]
     links: NDArray[np.intp]
     size: int
     share: float
@@ -80,15 +82,15 @@ def k_nearest(
 
 def _shapes(
     points: FloatArray, tree: KDTree, rows: NDArray[np.intp], size: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Middles (m, 3), variances (m, 3) ascending, normals (m, 3), radii (m,)."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.int32]]:
+    """Middles (m, 3), variances (m, 3) ascending, normals (m, 3), radii (m,), rows (m, size)."""
     far, near = k_nearest(tree, points[rows], size)
     cluster = points[near]
     middles = cluster.mean(axis=1)
     cluster -= middles[:, None]
     covs = cluster.transpose(0, 2, 1) @ cluster / (size - 3)  # three are spent on the plane
     variances, axes = np.linalg.eigh(covs)
-    return middles, np.maximum(variances, 0.0), axes[:, :, 0], far[:, -1]
+    return middles, np.maximum(variances, 0.0), axes[:, :, 0], far[:, -1], near.astype(np.int32)
 
 
 def _fitting_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) -> int:
@@ -133,7 +135,7 @@ def neighbourhoods(
         size = _fitting_size(points, tree, sample)
     kept = min(count, max(FEW_POINTS, OVERLAP * count // size))
     nodes = np.sort(shuffled[:kept]) if kept < count else np.arange(count)
-    middles, variances, normals, radius = _shapes(points, tree, nodes, size)
+    middles, variances, normals, radius, neighbours = _shapes(points, tree, nodes, size)
     thickness = np.sqrt(variances[:, 0])
     if noise is None:
         noise = _noise(points, thickness, np.sqrt(variances[:, 1]))
@@ -147,6 +149,7 @@ def neighbourhoods(
         normals,
         thickness,
         radius,
+        neighbours,
         links,
         size,
         kept / count,

@@ -20,8 +20,13 @@ from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
 from facetlog.perception.shapes.meshes.mesh_room import find_room, leftovers
+from facetlog.perception.shapes.regions.floor_and_walls import (
+    ABOVE_SHARE,
+    BEYOND,
+    LEAST_WIDTH,
+    POST,
+)
 from facetlog.perception.shapes.regions.surface_samples import Samples
-from facetlog.perception.shapes.regions.up_direction import ABOVE_SHARE, BEYOND, LEAST_WIDTH
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Surroundings", "find_surroundings"]
@@ -35,8 +40,6 @@ AS_LARGE = 0.99
 TILE_SHARE = 0.1
 # A thing stands on the floor if its lowest point is within this share of its height from it.
 GAP_SHARE = 0.05
-# What is higher than so many times its plan is broad is a post, a part rather than an object.
-POST = 4.0
 # An object is clear of a side of the floor's rim by this share of the floor's lesser breadth, ...
 CLEAR_SHARE = 0.1
 # ... on so many of four sides: with a wall behind it, or a floor that ends there.

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["cluster_bodies", "is_scatter", "majority"]
+__all__ = ["cluster_bodies", "group_sizes", "is_scatter", "majority"]
 
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
@@ -77,6 +77,13 @@ def _linked(points: FloatArray, owner: NDArray[np.intp], reach: float) -> NDArra
     return np.asarray(groups, dtype=np.intp)
 
 
+def group_sizes(points: FloatArray, reach: float) -> NDArray[np.intp]:
+    """Return the size of the group of each of points (n, 3), chained within `reach`, (n,)."""
+    groups = _linked(points, np.full(len(points), -1), reach)
+    sizes: NDArray[np.intp] = np.bincount(groups)[groups]
+    return sizes
+
+
 def is_scatter(
     points: FloatArray, bodies: NDArray[np.intp], free: NDArray[np.bool_], spacing: float
 ) -> NDArray[np.bool_]:
@@ -89,8 +96,7 @@ def is_scatter(
     scatter = np.zeros(len(points), dtype=bool)
     if not len(rows) or spacing <= 0.0:
         return scatter
-    groups = _linked(points[rows], np.full(len(rows), -1), REACH_SPACINGS * spacing)
-    sizes = np.bincount(groups)[groups]
+    sizes = group_sizes(points[rows], REACH_SPACINGS * spacing)
     of_object = np.bincount(bodies[bodies >= 0], minlength=int(bodies.max(initial=0)) + 1)
     whole = of_object[np.maximum(bodies[rows], 0)]
     scatter[rows] = sizes < np.maximum(LEAST_POINTS, SCATTER_SHARE * whole)

@@ -1,0 +1,252 @@
+"""The floor that things stand on, and the walls of the room that they stand in.
+
+A floor has everything else on one side. What stands on it is judged object by object: a point that
+lies alone, or the noise of a surface, is none. A room has walls that rise from the floor's rim,
+with everything on one side of them, too. A carton is that as well, with no more than a difference
+in size: what makes a room is a thing with faces that stands in it, clear of most of its floor.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.scene import Plane
+from facetlog.perception.shapes.regions.point_bodies import (
+    LEAST_POINTS,
+    REACH_SPACINGS,
+    cluster_bodies,
+    group_sizes,
+)
+from facetlog.perception.shapes.regions.stands_or_hangs import surely_stand, width_of
+from facetlog.perception.types import FloatArray
+
+__all__ = ["ABOVE_SHARE", "BEYOND", "LEAST_WIDTH", "POST", "FacedSurface", "Floor", "find_floors"]
+
+ABOVE_SHARE = 0.95
+"""So much of what is not the floor is above it; the rest is noise, or seen through a gap."""
+BEYOND = 1.5
+"""A floor goes on beyond the things on it: it is so much larger than what they cover. A top over
+four legs, or the bottom of a box, is as large as what is at it."""
+LEAST_WIDTH = 1.0
+"""A floor is as wide as the things on it are high; the foot of a lamp is not."""
+POST = 4.0
+"""What is higher than so many times its plan is broad is a post, a part rather than an object: of
+several the plan is what they enclose, as of a table's legs."""
+
+# A floor holds this share of the points.
+LEAST_FLOOR = 0.1
+# Things stand within the floor's outline, this share of their points.
+WITHIN_SHARE = 0.9
+# Points further from a plane than this many sd are not on it.
+ON_PLANE_SDS = 4.0
+# Planes within 20 degrees of each other are parallel (cosine), others within 20 degrees of a right
+# angle upright on one another (sine).
+PARALLEL = float(np.cos(np.deg2rad(20.0)))
+UPRIGHT = float(np.sin(np.deg2rad(20.0)))
+# A thing stands on the floor if its lowest point is within this share of its height from it; so far
+# from the floor, and from its rim, against the floor's width, begins a wall.
+GAP_SHARE = 0.1
+# A wall or a ceiling is so large against the floor at least.
+LEAST_WALL = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FacedSurface:
+    """Points (n, 3) evenly on a surface, and the plane of each (`owner` (n,), -1: none).
+
+    `noise` is their sd off the planes, `spacing` the typical distance between them;
+    `solid` (n,) are the points that are not alone or too few together for a surface.
+    """
+
+    points: FloatArray
+    owner: NDArray[np.intp]
+    planes: tuple[Plane, ...]
+    noise: float
+    spacing: float
+    solid: NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls,
+        points: FloatArray,
+        owner: NDArray[np.intp],
+        planes: Sequence[Plane],
+        *,
+        noise: float,
+        spacing: float,
+    ) -> "FacedSurface":
+        """Return the surface of points with their planes."""
+        solid = np.ones(len(points), dtype=bool)
+        free = np.flatnonzero(owner < 0)
+        if len(free) and spacing > 0.0:
+            solid[free] = group_sizes(points[free], REACH_SPACINGS * spacing) >= LEAST_POINTS
+        return cls(points, owner, tuple(planes), noise, spacing, solid)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Floor:
+    """A region as a floor, its unit normal towards the things on it, the area of its outline, and
+    the other regions `around`: pieces of it, and the walls and the ceiling of its room.
+    """
+
+    region: int
+    normal: FloatArray
+    area: float
+    around: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Side:
+    """A region with all else on one side: its unit normal there, and the height (n,) of all points
+    over it. `own` (k,) are its points' rows, `off` (n,) says which points are not on its plane.
+    """
+
+    region: int
+    normal: FloatArray
+    height: FloatArray
+    own: NDArray[np.intp]
+    off: NDArray[np.bool_]
+
+    def outline(self, points: FloatArray) -> shapely.Geometry:
+        """Return the hull of its points along its plane."""
+        axes = plane_axes(self.normal, np.roll(self.normal, 1))
+        return _hull(points[self.own] @ axes.T)
+
+
+def find_floors(surface: FacedSurface, up: FloatArray | None = None) -> Iterator[Floor]:
+    """Yield the regions that may be the floor; with a known `up` (3,) only those below all else."""
+    sides = [
+        side
+        for region in range(len(surface.planes))
+        if (side := _side(surface, region)) is not None
+    ]
+    least = LEAST_FLOOR * len(surface.points)
+    for side in sides:
+        if len(side.own) < least or (up is not None and float(side.normal @ up) < PARALLEL):
+            continue
+        walls = _walls(surface, side, sides)
+        floor = _floor(surface, side, walls, up) if walls else None
+        floor = floor or _floor(surface, side, [], up)
+        if floor is not None:
+            yield floor
+
+
+def _side(surface: FacedSurface, region: int) -> _Side | None:
+    """Return the region with its height below all else; None where there is much on both sides."""
+    own = np.flatnonzero(surface.owner == region)
+    plane = surface.planes[region]
+    height = plane.distance(surface.points)
+    off = np.abs(height) > ON_PLANE_SDS * surface.noise
+    off[own] = False
+    others = height[off & surface.solid]
+    if not len(own) or not len(others):
+        return None
+    above = float((others > 0.0).mean())
+    if max(above, 1.0 - above) < ABOVE_SHARE:
+        return None
+    sign = 1.0 if above >= 0.5 else -1.0
+    return _Side(region, sign * plane.normal, sign * height, own, off)
+
+
+def _walls(surface: FacedSurface, floor: _Side, sides: Sequence[_Side]) -> list[_Side]:
+    """Return what may be walls round a floor, and a ceiling over it."""
+    points = surface.points
+    outline = floor.outline(points)
+    if not outline.area > 0.0:
+        return []
+    gap = GAP_SHARE * width_of(shapely.get_coordinates(outline.exterior)[:-1])
+    found = []
+    upright = False
+    for side in sides:
+        along = float(side.normal @ floor.normal)
+        if side is floor or side.outline(points).area < LEAST_WALL * outline.area:
+            continue
+        if abs(along) <= UPRIGHT:
+            starts = float(np.quantile(floor.height[side.own], 0.05)) <= gap
+            if not starts or float(np.quantile(side.height[floor.own], 0.01)) > gap:
+                continue
+            upright = True
+        elif along > -PARALLEL:
+            continue
+        found.append(side)
+    return found if upright else []
+
+
+def _floor(
+    surface: FacedSurface, side: _Side, walls: Sequence[_Side], up: FloatArray | None
+) -> Floor | None:
+    """Return the side as a floor, in a room with `walls`; None if things do not stand there so."""
+    points, around = surface.points, [side, *walls]
+    off = np.all([one.off & (one.height > 0.0) for one in around], axis=0)
+    support = [one.region for one in around]
+    support += _pieces(surface, around)
+    off &= ~np.isin(surface.owner, support)
+    rows = np.flatnonzero(off & surface.solid)
+    bodies = cluster_bodies(points[rows], surface.owner[rows], surface.spacing)
+    rows, bodies = rows[bodies >= 0], bodies[bodies >= 0]
+    outline = side.outline(points)
+    if not len(rows) or not outline.area > 0.0:
+        return None
+    over = np.column_stack(
+        [points[rows] @ plane_axes(side.normal, np.roll(side.normal, 1)).T, side.height[rows]]
+    )
+    things = [over[bodies == k] for k in range(int(bodies.max()) + 1)]
+    slack = ON_PLANE_SDS * surface.noise
+    inside = shapely.contains_xy(outline.buffer(slack), over[:, 0], over[:, 1])
+    if outline.area < BEYOND * _covered(things) or inside.mean() < WITHIN_SHARE:
+        return None
+    width = width_of(shapely.get_coordinates(outline.exterior)[:-1])
+    if width < LEAST_WIDTH * float(over[:, 2].max()):
+        return None
+    if walls:
+        faced = np.unique(bodies[surface.owner[rows] >= 0])
+        if not any(_stands(things[k]) for k in faced):
+            return None
+    if up is None and not surely_stand(things, surface.spacing):
+        return None
+    return Floor(side.region, side.normal, float(outline.area), tuple(support[1:]))
+
+
+def _pieces(surface: FacedSurface, sides: Sequence[_Side]) -> list[int]:
+    """Return the regions that lie in the plane of one of the sides, and are none of them."""
+    known = {side.region for side in sides}
+    found = []
+    for region in range(len(surface.planes)):
+        own = surface.owner == region
+        if (
+            region not in known
+            and own.any()
+            and any(side.off[own].mean() <= 1.0 - ABOVE_SHARE for side in sides)
+        ):
+            found.append(region)
+    return found
+
+
+def _stands(thing: FloatArray) -> bool:
+    low, high = float(thing[:, 2].min()), float(thing[:, 2].max())
+    return low <= GAP_SHARE * high
+
+
+def _covered(things: Sequence[FloatArray]) -> float:
+    """Return the area that things, points (k, 3) with the height last, cover of a plan.
+
+    Posts are taken together.
+    """
+    posts, hulls = [], []
+    for thing in things:
+        broad = float(np.linalg.norm(np.ptp(thing[:, :2], axis=0)))
+        if float(np.ptp(thing[:, 2])) > POST * broad:
+            posts.append(thing)
+        else:
+            hulls.append(_hull(thing[:, :2]))
+    if posts:
+        hulls.append(_hull(np.concatenate(posts)[:, :2]))
+    return float(shapely.union_all(hulls).area)
+
+
+def _hull(plan: FloatArray) -> shapely.Geometry:
+    return shapely.convex_hull(shapely.MultiPoint(plan))
