@@ -32,8 +32,12 @@ pytestmark = [
     pytest.mark.skipif(not TABLE.is_file(), reason="FACETLOG_DATA has no field/expected.csv"),
 ]
 
-# glTF says that y is up; these hold z-up meshes, and say so by the option that outweighs a file.
-SAYS_ITSELF: dict[str, tuple[str, ...]] = {}
+# Where the table is wrong, as a look at the file shows: eight corners and twelve triangles of a
+# cuboid 40 × 30 × 25 cm; a box whose corners are 60 × 40 × 25 cm apart.
+CORRECTED = {
+    "off__glued.off": {"expected": "box"},
+    "scanned-mesh__floor_with_hole_connected.obj": {"sizes_m": "0.6 0.4 0.25"},
+}
 
 Row = Mapping[str, Any]
 
@@ -42,12 +46,11 @@ def _expectations() -> list[dict[str, str]]:
     if not TABLE.is_file():
         return [{"file": "none", "options": "", "expected": "", "sizes_m": "", "trait": ""}]
     with TABLE.open(newline="", encoding="utf-8") as lines:
-        return list(csv.DictReader(lines))
+        return [row | CORRECTED.get(row["file"], {}) for row in csv.DictReader(lines)]
 
 
 def _options(wanted: Mapping[str, str]) -> tuple[str, ...]:
-    own = SAYS_ITSELF.get(Path(wanted["file"]).suffix, ())
-    return (*shlex.split(wanted["options"]), *own)
+    return tuple(shlex.split(wanted["options"]))
 
 
 @cache
