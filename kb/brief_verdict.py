@@ -52,3 +52,5 @@ class BriefVerdict:
     specialises: tuple[str, ...] = ()
     rather_than: tuple[str, ...] = field(default=(), compare=False)
     cost: Cost = field(default=Cost(), compare=False)
+    too_large: bool = False
+    """Whether the thing has too many faces for the model, whose verdict is unknown."""
