@@ -33,8 +33,8 @@ __all__ = ["Contradiction", "contradicting_views", "without_them"]
 FindLines: TypeAlias = Callable[[Sequence[int]], FloatArray]
 """The 3-D segments (m, 2, 3) of some of the views (indices) alone."""
 
-# A view is tested without it where so much less than usual is explained or shown: of 509 views of 30
-# true sets one in nine is.
+# A view is tested without it where so much less than usual is explained or shown: one in nine of
+# 509 views of 30 true sets is.
 DOUBTFUL = 0.75
 # The share of n segments is known to 1 / 2 sqrt(n) at worst; one that lacks less than so many
 # standard deviations of what is usual may have fallen short by chance.
