@@ -200,7 +200,10 @@ class BatchJudge(Closing):
         field = iter(fields)
         for model in field:
             thing, state, low, high = (next(field) for _ in range(4))
-            cost = Cost(int(next(field)), int(next(field)), float(next(field)))
+            proposed = next(field)
+            too_large = proposed == "too_many"
+            count = 0 if too_large else int(proposed)
+            cost = Cost(count, int(next(field)), float(next(field)))
             parts = tuple(_part(field) for _ in range(int(next(field))))
             sizes = tuple(
                 (next(field), float(next(field)), float(next(field)))
@@ -228,6 +231,7 @@ class BatchJudge(Closing):
                 rather_than=rules.rather_than.get(model, ()),
                 own=rules.own,
                 cost=cost,
+                too_large=too_large,
             )
 
 

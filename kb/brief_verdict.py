@@ -53,3 +53,5 @@ class BriefVerdict:
     rather_than: tuple[str, ...] = field(default=(), compare=False)
     own: bool = field(default=False, compare=False)
     cost: Cost = field(default=Cost(), compare=False)
+    too_large: bool = False
+    """Whether the thing has too many faces for the model, whose verdict is unknown."""

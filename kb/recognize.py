@@ -1,12 +1,14 @@
 """Facts into verdicts: what all models say of all things of a scene."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from facetlog.errors import RuleSyntaxError
+from facetlog.errors import LimitError, RuleSyntaxError
 from facetlog.kb.calibration import Calibration
 from facetlog.kb.engine.terms import Atom
-from facetlog.kb.explaining.verdict import Recognition
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Recognition, Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
@@ -20,7 +22,10 @@ __all__ = [
     "recognize",
     "rule_files",
     "rules_in",
+    "too_large",
 ]
+
+_LOG = logging.getLogger(__name__)
 
 
 def rules_in(folder: Path) -> tuple[Path, ...]:
@@ -81,8 +86,8 @@ def judge_scene(
 ) -> Recognition:
     """What the models of a knowledge base say of each thing in a scene, which it then forgets.
 
-    `on_demand` as for `KnowledgeBase.load_scene`. Raises EngineError if a model reaches a limit on
-    a thing.
+    `on_demand` as for `KnowledgeBase.load_scene`. Where a model reaches a limit on
+    a thing, that verdict is unknown.
     """
     base.load_scene(name, facts, on_demand=on_demand)
     try:
@@ -95,8 +100,25 @@ def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
     """The same of a scene that is loaded, and stays so; where something was not seen with why."""
     with base.query("thing(T)", scenes=(name,)) as answers:
         things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
-    verdicts = [base.judge(name, model, thing) for thing in things for model in base.models]
+    verdicts = [_judged(base, name, model, thing) for thing in things for model in base.models]
     return Recognition(name, base.with_unseen(verdicts, name))
+
+
+def _judged(base: KnowledgeBase, scene: str, model: str, thing: str) -> Verdict:
+    """The verdict of a model on a thing; unknown, with a warning in the log, beyond a limit."""
+    try:
+        return base.judge(scene, model, thing)
+    except LimitError as exc:
+        _LOG.warning("%s: %s", scene, too_large(model, thing, str(exc)))
+        return Verdict(model, thing, State.UNKNOWN, 0.0, 1.0, (), (), ())
+
+
+def too_large(model: str, thing: str, limit: str) -> str:
+    """Return what to say of a thing that has too many faces for a model."""
+    return (
+        f"{thing} has too many faces to be judged as {model}, which is unknown ({limit}): "
+        "give its parts one by one"
+    )
 
 
 def recognize(

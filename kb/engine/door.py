@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from time import perf_counter
 from typing import Protocol
 
-from facetlog.errors import EngineError, QueryError, RuleSyntaxError
+from facetlog.errors import EngineError, LimitError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.engine import Reply, piece_text
 from facetlog.kb.engine.python_predicates import raised
 from facetlog.kb.engine.terms import Failure, Term, decode_reply
@@ -77,6 +77,8 @@ def checked(reply: Reply, question: str | None = None) -> tuple[Term, Reply]:
         case Failure("prolog", message) if question is not None:
             # An error of the question while it runs, such as a division by 0: it has no place.
             raise QueryError(message, text=question)
+        case Failure("limit", message):
+            raise LimitError(message)
         case Failure(message=message):
             raise EngineError(message)
     return result, reply[1:]

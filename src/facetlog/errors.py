@@ -54,6 +54,10 @@ class EngineError(FacetlogError):
     exit_code = 3
 
 
+class LimitError(EngineError):
+    """A question reached its limit of time, inferences or memory."""
+
+
 class DeviceError(FacetlogError):
     """A robot, its camera head or its camera cannot be reached, or does not obey a command."""
 

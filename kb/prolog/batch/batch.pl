@@ -16,8 +16,8 @@ anew for it (specialise.pl). A brief verdict is
     brief(Model, Thing, State, Low, High, Parts, Sizes, Cost)
 
 with the same values as in the verdict of judge.pl, whose other arguments it lacks. Cost is
-cost(Candidates, Inferences, Seconds): how many assignments were proposed, and what the verdict took, in
-seconds of processor time.
+cost(Candidates, Inferences, Seconds): how many assignments were proposed, or `too_many` for the stacks,
+and what the verdict took, in seconds of processor time.
 */
 
 :- use_module(library(lists)).
@@ -180,11 +180,16 @@ brief(Target, Module, Model, Thing, Verdict) :-
     Verdict = brief(Model, _, _, _, _, _, _, cost(_, Inferences, Seconds)),
     statistics(inferences, Inferences0),
     statistics(cputime, Seconds0),
-    judged(Target, Module, Model, Thing, Verdict),
+    catch(judged(Target, Module, Model, Thing, Verdict), error(resource_error(stack), _),
+          beyond_limit(Model, Thing, Verdict)),
     statistics(cputime, Seconds1),
     statistics(inferences, Inferences1),
     Inferences is Inferences1 - Inferences0,
     Seconds is Seconds1 - Seconds0.
+
+%   A thing with hundreds of faces in one place may fill the stacks with one model's assignments: only
+%   that is unknown then.
+beyond_limit(Model, Thing, brief(Model, Thing, unknown, 0, 1, [], [], cost(too_many, _, _))).
 
 judged(none, Module, Model, Thing,
        brief(Model, Of, State, Low, High, Parts, Sizes, cost(0, _, _))) :-

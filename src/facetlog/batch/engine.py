@@ -14,6 +14,7 @@ from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.limits import Limits
+from facetlog.kb.recognize import too_large
 from facetlog.perception.facts.all_facts import FactColumns, fact_columns
 from facetlog.perception.facts.most_faces import check_face_count
 from facetlog.perception.scene import Scene
@@ -173,6 +174,10 @@ class SceneEngine:
         with self.profile.timed("judge"):
             verdicts = self._judge.judge_columns(facts)
         self.profile.add(verdicts)
+        beyond = [verdict for verdict in verdicts if verdict.too_large]
+        if beyond and left_mb() < self._limits.stack_mb:  # a fresh process may have more
+            raise EngineError(f"{STACKS} was reached")
+        too_many = [too_large(v.model, v.thing, f"{STACKS} was reached") for v in beyond]
         return scene_row(
             read.item,
             self._settings,
@@ -184,7 +189,7 @@ class SceneEngine:
             seconds=read.seconds + time.perf_counter() - start,
             up=None if scene.up is None else scene.up.tolist(),
             metric=scene.metric,
-            warnings=tuple(map(one_line, scene.warnings)),
+            warnings=(*map(one_line, scene.warnings), *too_many),
         )
 
     def close(self) -> None:
