@@ -202,7 +202,7 @@ def _cameras_of_text(path: Path) -> Iterator[ColmapCamera]:
             parameters = tuple(float(word) for word in words[4:])
         except (ValueError, IndexError) as exc:
             raise InputError(
-                f"{where}: not CAMERA_ID MODEL WIDTH HEIGHT PARAMS…: {EXPORT}"
+                _not_of_form(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS…", line)
             ) from exc
         names = PARAMETERS.get(words[1])
         if not parameters or (names is not None and len(names) != len(parameters)):
@@ -229,6 +229,10 @@ def _cameras_of_bytes(path: Path) -> Iterator[ColmapCamera]:
         raise InputError(f"{path}: {EXPORT}") from exc
 
 
+def _not_of_form(where: str, form: str, line: str) -> str:
+    return f"{where}: {line!r:.60} is not {form}: correct it there, or export the model again"
+
+
 def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
     lines = text_lines(path)
     for where, line in lines:
@@ -240,7 +244,7 @@ def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
             pose = tuple(float(word) for word in words[1:8])
         except (ValueError, IndexError) as exc:
             form = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
-            raise InputError(f"{where}: not {form}: {EXPORT}") from exc
+            raise InputError(_not_of_form(where, form, line)) from exc
         _, features = next(lines, ("", ""))  # the second line of each picture; it may be empty
         if len(features.split()) % 3:
             raise InputError(

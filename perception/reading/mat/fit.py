@@ -152,7 +152,8 @@ def _with_stretch(
     """The fit with the stretch of the print where the corners show one; else as it is."""
     free = copy(fit)
     free.stretch_sd = STRETCH_SD
-    noise_then, inside_then = free.settle(noise)
+    free.start()
+    noise_then, inside_then = free.settle(np.full(len(noise), 1.0))
     sd = float(np.sqrt(free.covariance(noise_then, inside_then)[-1, -1]))
     is_sure = abs(free.stretch) > max(LEAST_STRETCH, SURE_SDS * sd)
     if is_sure and free.cost(noise_then) < fit.cost(noise):
@@ -202,12 +203,18 @@ class _Fit:
             self.prior_sd[c, 0] = UNKNOWN_FOCAL_SD if focal is None else FOCAL_SD
             self.prior_sd[c, 1:3] = CENTRE_SD * diagonals[c]
             self.prior_sd[c, 3:] = LENS_SD
+        self.stretch_sd = NO_STRETCH_SD
+        self.start()
+
+    def start(self) -> None:
+        """Begin anew: pinholes, and a print as it should be."""
+        pictures = self.pictures
         self.cameras = self.prior.copy()
         self.rotations = np.zeros((len(pictures), 3, 3))
         self.centres = np.zeros((len(pictures), 3))
         self.rolling = np.zeros((len(pictures), 3))
-        self.stretch, self.stretch_sd = 0.0, NO_STRETCH_SD
-        for c in range(len(sizes)):
+        self.stretch = 0.0
+        for c in range(len(self.cameras)):
             self._start(c)
 
     def _start(self, camera: int) -> None:

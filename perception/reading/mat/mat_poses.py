@@ -239,25 +239,44 @@ def _grouped(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit
     """
     plain: _Groups = {p: _Kind(p.size, p.taken_with) for p in seen}
     fit = _fitted(seen, plain, square)
+    zoomed = _by_zoom(seen, plain, square, 0.0)
+    by_zoom = _more_probable(seen, plain, fit, zoomed, square)
+    if by_zoom is not None and by_zoom.stretch:
+        # A stretched print makes focal lengths of single pictures differ, too.
+        zoomed = _by_zoom(seen, plain, square, by_zoom.stretch)
+        by_zoom = _more_probable(seen, plain, fit, zoomed, square)
+    return (plain, fit) if by_zoom is None else (zoomed, by_zoom)
+
+
+def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch: float) -> _Groups:
+    """The pictures by what took them and at which zoom, seen on a mat of this stretch."""
     zoomed: _Groups = dict(plain)
     for kind in dict.fromkeys(plain.values()):
         own = [p for p in seen if plain[p] == kind]
         if kind is not None and len(own) > 1:
             corners = [_corners(p, 0, square) for p in own]
+            longer = np.array([1.0, np.exp(stretch), 1.0])
+            corners = [replace(each, points=each.points * longer) for each in corners]
             zooms = find_zooms(corners, kind.size, kind.taken_with.focal_px(*kind.size))
             for picture, zoom in zip(own, zooms.tolist(), strict=True):
                 zoomed[picture] = None if zoom == AMBIGUOUS else replace(kind, zoom=zoom)
+    return zoomed
+
+
+def _more_probable(
+    seen: Sequence[MatPicture], plain: _Groups, fit: MatFit, zoomed: _Groups, square: float
+) -> MatFit | None:
+    """The fit by zoom, where that is the more probable; else None."""
     more = len(set(zoomed.values()) - {None}) - len(set(plain.values()))
     if more <= 0:
-        return plain, fit
+        return None
     sure = [p for p in seen if zoomed[p] is not None]
     by_zoom = _fitted(sure, zoomed, square)
     # Schwarz's criterion, over the same pictures.
     alike = fit if len(sure) == len(seen) else _fitted(sure, plain, square)
     count = 2 * sum(len(p.seen.numbers) for p in sure)
-    if by_zoom.cost + more * OF_CAMERA * np.log(count) / 2 < alike.cost:
-        return zoomed, by_zoom
-    return plain, fit
+    penalty = more * OF_CAMERA * np.log(count) / 2
+    return by_zoom if by_zoom.cost + penalty < alike.cost else None
 
 
 def _corners(picture: MatPicture, camera: int, square: float) -> Corners:

@@ -17,8 +17,8 @@ from facetlog.perception.reading.colmap_files import (
     colmap_models,
     colmap_pictures,
 )
-from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_checks import is_file, posed, rotation_of
+from facetlog.perception.reading.pose_files.picture_places import may_be_below, picture_path
+from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -97,7 +97,7 @@ def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
 
 
 def _there(names: Iterable[str], folder: Path) -> int:
-    return sum(is_file(picture_path(folder, name)) for name in names)
+    return sum(may_be_below(folder, name) for name in names)
 
 
 def _upwards(model: Path) -> Iterator[Path]:

@@ -13,7 +13,7 @@ from facetlog.perception.first_names import named
 from facetlog.perception.reading.pose_files.pose_checks import is_file
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
 
-__all__ = ["find_pictures", "picture_path"]
+__all__ = ["find_pictures", "may_be_below", "picture_path"]
 
 MOST_FILES = 200_000
 """Looked through below a folder: more are no capture."""
@@ -51,9 +51,19 @@ def find_pictures(file: PosesFile) -> PosesFile:
     return replace(file, pictures=pictures, notes=(*file.notes, note))
 
 
+def may_be_below(folder: Path, name: str) -> bool:
+    """Whether a picture is in a folder by its name, or by the end of one that is absolute."""
+    if is_file(picture_path(folder, name)):
+        return True
+    return _is_absolute(name) and is_file(folder / PureWindowsPath(name).name)
+
+
+def _is_absolute(name: str) -> bool:
+    return PurePosixPath(name).is_absolute() or PureWindowsPath(name).is_absolute()
+
+
 def _is_elsewhere(picture: PosedPicture) -> bool:
-    name = picture.name
-    absolute = PurePosixPath(name).is_absolute() or PureWindowsPath(name).is_absolute()
+    absolute = _is_absolute(picture.name)
     return picture.frame is None and absolute and not is_file(picture.path)
 
 

@@ -36,9 +36,11 @@ WIDEST_TANGENT = 25.0
 """Tangent of the angle from the axis to the farthest pixel, 87.7 degrees: no pinhole sees more."""
 SMALLEST_ANGLE = 1e-3
 """View angle in radians across a picture's diagonal: a telescope's."""
-FARTHEST_CENTRE = 10.0
+FARTHEST_CENTRE = 3.0
 """Of the principal point from the middle, in diagonals: beyond what is cropped from any picture."""
-LEAST_GAIN, MOST_GAIN = 0.2, 1.3
+LONGEST_PIXEL = 4.0
+"""Of a pixel's sides, one by the other: what is squeezed for the screen has 2."""
+LEAST_GAIN, MOST_GAIN = 0.2, 1.2
 """Distorted over undistorted radius at a picture's corners: lenses bend inwards much (those that
 see 180 degrees), outwards by a tenth."""
 SHARE_OF_PICTURE = 5.0
@@ -158,6 +160,11 @@ def check_lens(lens: Lens, where: str) -> None:
         raise CalibrationError(
             f"{where}: focal lengths of {camera.fx:.3g} and {camera.fy:.3g} px are a view angle of "
             f"{_angle_deg(longest, camera.width):.2g} degrees: give them in pixels"
+        )
+    if longest > LONGEST_PIXEL * shortest:
+        raise CalibrationError(
+            f"{where}: focal lengths of {camera.fx:.3g} px across and {camera.fy:.3g} px down are "
+            f"more than {LONGEST_PIXEL:g} times apart: give both in pixels of the picture"
         )
     gain = _gain_at_corners(lens)
     if lens.distortion is Distortion.POLYNOMIAL and not LEAST_GAIN <= gain <= MOST_GAIN:

@@ -32,6 +32,10 @@ __all__ = [
 ROUNDING_PX = 1.0
 """Largest difference of a scaled picture's height from its camera's."""
 
+MIDDLE_SHARES = 0.3, 0.7
+"""Of width and height: where principal points are, that of a picture cropped to one side, too. Both
+are outside where pictures have less than .7 or more than 1.7 times their camera's size."""
+
 # COLMAP's and nerfstudio's names; the simple models are the general one with coefficients left out.
 DISTORTION_OF = {
     "SIMPLE_PINHOLE": Distortion.NONE,
@@ -127,6 +131,8 @@ class Intrinsics:
         fx, fy = fx or fy, fy or fx  # one focal length: the pixels are square
         if fx is None or fy is None:
             raise CalibrationError(f"{self.where}: the camera has no focal length")
+        if self.suits_one_size and self.centre is not None:
+            self._check_middle(width, height)
         cx, cy = self.centre or ((width - 1) / 2, (height - 1) / 2)
         try:
             camera = Camera(width, height, fx, fy, cx, cy)
@@ -146,6 +152,19 @@ class Intrinsics:
                 raise
             raise CalibrationError(f"{self.where}: {exc}") from exc
         return lens
+
+    def _check_middle(self, width: int, height: int) -> None:
+        """Raise CalibrationError if the camera is for larger or smaller pictures, by its centre."""
+        cx, cy = self.centre or (0.0, 0.0)
+        across, down = (cx + 0.5) / width, (cy + 0.5) / height
+        low, high = MIDDLE_SHARES
+        if not (low < across < high or low < down < high):
+            raise CalibrationError(
+                f"{self.where}: the principal point ({cx:.6g}, {cy:.6g}) is far from the middle of "
+                f"the picture of {width} x {height}, as of a camera for pictures of "
+                f"{2 * cx:.0f} x {2 * cy:.0f}: use the pictures at the size they were calibrated "
+                "at, or give the camera's size"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -201,8 +201,8 @@ def test_a_binary_file_cut_anywhere_is_refused(tmp_path: Path, name: str) -> Non
 @pytest.mark.parametrize(
     ("name", "old", "new", "says"),
     [
-        ("images.txt", "1 0.0 1.0", "1 one 1.0", r"images\.txt:2: not IMAGE_ID QW"),
-        ("images.txt", " 7 0.png", " 7", r"images\.txt:2: not IMAGE_ID QW"),
+        ("images.txt", "1 0.0 1.0", "1 one 1.0", r"images\.txt:2: .* is not IMAGE_ID QW"),
+        ("images.txt", " 7 0.png", " 7", r"images\.txt:2: .* is not IMAGE_ID QW"),
         ("images.txt", " 7 0.png", " 8 0.png", r"'0\.png'\): there is no camera 8"),
         ("images.txt", "1.5 2.5 -1 3.5", "1.5 2.5 -1", r"images\.txt:2: the line after it"),
         (
@@ -211,7 +211,7 @@ def test_a_binary_file_cut_anywhere_is_refused(tmp_path: Path, name: str) -> Non
             "24.5",
             r"cameras\.txt:2: PINHOLE has 3 parameters, not 4",
         ),
-        ("cameras.txt", "48 32 50.0", "48 wide 50.0", r"cameras\.txt:2: not CAMERA_ID MODEL"),
+        ("cameras.txt", "48 32 50.0", "48 wide 50.0", r"cameras\.txt:2: .* is not CAMERA_ID MODEL"),
         ("cameras.txt", "50.0 51.0", "nan 51.0", r"cameras\.txt:2: fx is nan"),
         ("cameras.txt", "50.0 51.0", "-50 51.0", r"cameras\.txt:2: fx is -50"),
         (

@@ -123,6 +123,8 @@ def test_worlds_of_no_size_are_refused(factor: float, tmp_path: Path) -> None:
         ({"fl_x": 1e7, "fl_y": 1e7}, "view angle"),
         ({"cx": 1e5}, "principal point"),
         ({"cy": -1e5}, "principal point"),
+        ({"fl_y": 5e4}, "times apart"),
+        ({"w": None, "h": None, "cx": 49.0, "cy": 33.0}, "of a camera for pictures of 97 x 65"),
         ({"fl_x": 30.0, "fl_y": 30.0, "k1": 2}, r"distortion \(2, .* moves the picture's corners"),
         ({"up": [0, 0, 0.0]}, "up is not three numbers"),
         ({"up": [0, 0, 10**400]}, "up is not three numbers"),
