@@ -1,5 +1,6 @@
 """Tables: what goes out comes back, in formats that others read, whole or not at all."""
 
+import csv
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,6 +44,24 @@ def test_a_csv_holds_no_control_characters(tmp_path: Path) -> None:
     assert (read["path"], read["error"]) == ("a\\x1b[31m\\r\\u202eb.json", "no \\x07 bell")
     said = (tmp_path / "t.csv").read_text(encoding="utf-8")
     assert all(line.isprintable() for line in said.splitlines())
+
+
+def test_a_csv_holds_no_formulas_and_comes_back_as_it_was(tmp_path: Path) -> None:
+    paths = [
+        "=cmd|'/C calc'!A0.json",
+        "+a.json",
+        "-a.json",
+        "@a.json",
+        "'=a.json",
+        "''-",
+        "'a.json",
+    ]
+    rows = [fake_row(path, ()) for path in paths]
+    write_rows(tmp_path / "t.csv", rows)
+    assert [row["path"] for row in read_rows(tmp_path / "t.csv")] == paths
+    with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
+        cells = [cell for line in csv.DictReader(file) for cell in line.items()]
+    assert not [cell for _, cell in cells if cell.startswith(("=", "+", "-", "@"))]
 
 
 def test_a_line_of_json_that_never_ends_or_nests_is_named(tmp_path: Path) -> None:

@@ -107,7 +107,10 @@ def test_a_page_is_written_with_the_pictures_that_there_are(
 def test_a_page_needs_a_name_of_one_and_a_folder(table: facetlog.Result, tmp_path: Path) -> None:
     table.write_page(tmp_path / "table.html")
     assert "<figure" not in (tmp_path / "table.html").read_text(encoding="utf-8")
-    for path, says in (("table.txt", "ends with .html"), ("no/table.html", "folder that exists")):
+    for path, says in (
+        ("table.txt", "what can be written is .html"),
+        ("no/table.html", "folder that exists"),
+    ):
         with pytest.raises(InputError, match=says):
             table.write_page(tmp_path / path)
 

@@ -305,7 +305,7 @@ def test_reasons_and_answers_are_pages_as_well(
         (["query", "SCENE", "--html", "a.html"], "of one scene and one goal"),
         (["query", "SCENE", "SCENE", "face(F)", "--html", "a.html"], "of one scene and one goal"),
         (["query", "SCENE", "face(F). edge(E).", "--html", "a.html"], "of one scene and one goal"),
-        (["why", "SCENE", "box", "--html", "a.json"], "a.json is no page"),
+        (["why", "SCENE", "box", "--html", "a.json"], "what can be written is .html"),
         (["why", "SCENE", "box", "--html", "gone/a.html"], "a folder that exists"),
         (["why", "SCENE", "f1", "--html", "a.html"], "a.html was not written"),
     ],

@@ -10,6 +10,7 @@ from facetlog.batch.rows import Row
 from facetlog.batch.settings import CRISP, Item, Settings, stated_options
 from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.plain_text import plain_text
 
 __all__ = ["Change", "Comparison", "check_alike", "older_rows", "read_as_then", "were_crisp"]
 
@@ -56,7 +57,9 @@ def read_as_then(
 ) -> tuple[Item, ...]:
     """The items with the options that their older rows tell, but for `up` or `unit` if given."""
     return tuple(
-        item if (row := old.get(item.path)) is None else _as_then(item, row, up=up, unit=unit)
+        item
+        if (row := old.get(plain_text(item.path))) is None
+        else _as_then(item, row, up=up, unit=unit)
         for item in items
     )
 
@@ -74,7 +77,9 @@ def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
 def check_alike(items: Sequence[Item], settings: Settings, old: Mapping[str, Row]) -> None:
     """Raises InputError if none of the scenes of older rows is read as then: nothing to compare."""
     pairs = [
-        (old[item.path]["read_as"], item.read_as(settings)) for item in items if item.path in old
+        (row["read_as"], item.read_as(settings))
+        for item in items
+        if (row := old.get(plain_text(item.path))) is not None
     ]
     if pairs and all(then != now for then, now in pairs):
         then, now = pairs[0]
@@ -99,7 +104,7 @@ class Comparison:
 
     def add(self, row: Row) -> None:
         """Compares a row with the older one of its scene, if there is one."""
-        before = self.old.get(row["path"])
+        before = self.old.get(plain_text(row["path"]))
         if before is None:
             self.new += 1
             return

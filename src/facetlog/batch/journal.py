@@ -38,7 +38,7 @@ def journal_path(output: Path) -> Path:
 
 def check_not_in_use(path: Path) -> None:
     """Raise InputError if another run is writing a journal there; nothing if there is none."""
-    with suppress(FileNotFoundError), open_regular(path) as file:
+    with suppress(OSError), open_regular(path) as file:  # what cannot be opened is told later
         _lock(file.fileno(), path, fcntl.LOCK_SH)
 
 

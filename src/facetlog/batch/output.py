@@ -28,6 +28,8 @@ MOST_LINE_BYTES = 256_000_000
 
 # Columns that are lists: as JSON in a cell of CSV.
 LISTS = ("verdicts", "up", "warnings")
+# How a cell begins that spreadsheets take for a formula.
+FORMULA = ("=", "+", "-", "@")
 # Columns that are no text, and are empty in a cell of CSV where there is none.
 NUMBERS = ("degree", "confidence", "faces", "things", "seconds", "metric")
 
@@ -76,16 +78,25 @@ def plain_row(row: Row) -> Row:
 
 
 def _escaped(cell: object) -> object:
-    r"""A cell whose text steers no terminal: control characters, as a path may have them, as \xNN.
+    r"""A cell whose text steers no terminal, and is no formula of a spreadsheet.
 
-    >>> print(_escaped("a\x1b[31mb"))
-    a\x1b[31mb
+    Control characters, as a path may have them, come as \xNN; text that begins as a formula does is
+    begun with an apostrophe, which `_unescaped` takes away. Source: OWASP, CSV Injection.
+
+    >>> print(_escaped("a\x1b[31mb"), _escaped("=A1"), _escaped(-1.5))
+    a\x1b[31mb '=A1 -1.5
     """
-    if not isinstance(cell, str) or cell.isprintable():
+    if not isinstance(cell, str):
         return cell
-    return "".join(
-        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cell
-    )
+    if not cell.isprintable():
+        cell = "".join(
+            c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cell
+        )
+    return f"'{cell}" if cell.lstrip("'").startswith(FORMULA) else cell
+
+
+def _unescaped(cell: str) -> str:
+    return cell[1:] if cell[:1] == "'" and cell.lstrip("'").startswith(FORMULA) else cell
 
 
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
@@ -133,6 +144,9 @@ def _read_csv(file: BinaryIO, path: Path) -> Iterator[object]:
                 cell = known.get(key)
                 if cell is not None:
                     found[key] = json.loads(cell)
+            for key in known.keys() - {*LISTS, *NUMBERS}:
+                cell = known[key]
+                found[key] = None if cell is None else _unescaped(cell)
             yield found
     except (csv.Error, ValueError, RecursionError) as exc:
         raise InputError(f"{path}: is no table of classify: {exc}") from exc

@@ -19,6 +19,7 @@ from facetlog.batch.rows import Row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from facetlog.output_file import check_output_file
+from facetlog.plain_text import plain_text
 from facetlog.regular_file import check_regular
 
 __all__ = ["Finished", "Plan", "Progress", "Workers", "check_output", "classified"]
@@ -175,7 +176,7 @@ def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal
 def _take_over(plan: Plan, models_hash: str, journal: Journal) -> None:
     """The rows of the older table that a run would only repeat into the journal."""
     for item in plan.items:
-        row = (plan.old or {}).get(item.path)
+        row = (plan.old or {}).get(plain_text(item.path))
         if row is None or item.path in journal or row["error"] is not None:
             continue
         same = (models_hash, item.read_as(plan.settings))
