@@ -20,7 +20,7 @@ from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
-from facetlog.grammar.terms import Atom, Clause, Struct, Text
+from facetlog.grammar.terms import Atom, Clause, Struct, Text, to_utf8
 
 __all__ = ["Program", "compiled"]
 
@@ -57,7 +57,7 @@ class Program:
         for name, text in self.own_words:
             # Line for line, so that a fault names its place.
             pieces.append(f"\n% {name}\n{_DIRECTIVE.sub('', text).rstrip()}")
-        return "\n".join(pieces) + "\n"
+        return to_utf8("\n".join(pieces) + "\n")
 
 
 def compiled(analysis: Analysis) -> Program:

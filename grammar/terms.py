@@ -9,7 +9,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-__all__ = ["ANYTHING", "Atom", "Clause", "Struct", "Term", "Text", "Var", "variables"]
+__all__ = [
+    "ANYTHING",
+    "Atom",
+    "Clause",
+    "Struct",
+    "Term",
+    "Text",
+    "Var",
+    "to_utf8",
+    "variables",
+]
 
 WIDTH = 96
 """Columns of a line of Prolog text."""
@@ -122,9 +132,17 @@ def _without(term: Term, once: set[Var]) -> Term:
             return term
 
 
+def to_utf8(text: str) -> str:
+    """Replace what cannot be written as UTF-8 by question marks.
+
+    Names of files that are no UTF-8 are only labels in rules, and Prolog reads no such text.
+    """
+    return text.encode("utf-8", "replace").decode()
+
+
 def _escaped(text: str, quote: str) -> str:
     pieces = []
-    for letter in text:
+    for letter in to_utf8(text):
         if letter in ("\\", quote):
             pieces.append("\\" + letter)
         elif letter == "\n":
