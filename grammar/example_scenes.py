@@ -16,7 +16,7 @@ from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
 
-__all__ = ["Builders", "examples_of", "scene_faults", "sizes_si"]
+__all__ = ["Builders", "all_faults", "examples_of", "scene_faults", "sizes_si"]
 
 Builders: TypeAlias = Mapping[str, Mapping[str, Dimension]]
 """The sizes of each builder, and what they are: a length, an angle, or a number (of pieces)."""
@@ -29,6 +29,19 @@ def examples_of(analysis: Analysis) -> Iterator[tuple[s.Model, s.Example]]:
     for model in analysis.file.models:
         for example in model.examples:
             yield model, example
+
+
+def all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
+    """The faults of a file with those of the things that its examples build.
+
+    Those of the file itself come first, each file's in the order of its text.
+    """
+
+    def order(fault: Fault) -> tuple[bool, str, int]:
+        return fault.source is not analysis.file.source, fault.source.name, fault.span.start
+
+    own = scene_faults(analysis, builders)
+    return tuple(sorted((*analysis.faults, *own), key=order)) if own else analysis.faults
 
 
 def scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:

@@ -18,7 +18,7 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked
+from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked, clean_up
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
@@ -205,7 +205,8 @@ class KnowledgeBase(Closing):
         """Forgets the scene. Raises KeyError if there is none of that name."""
         with self._lock:
             scene = self._scenes.pop(name)
-            self._request("unname_scene", _terms("named", self._name, name))
+            self._check_open()
+            clean_up(self._door, "unname_scene", _terms("named", self._name, name))
         self._forget(scene)
 
     def _forget(self, scene: LoadedScene) -> None:

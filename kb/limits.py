@@ -11,8 +11,9 @@ __all__ = ["Limits"]
 class Limits:
     """Bounds of one question; a question that reaches one ends with an EngineError.
 
-    `seconds` is the wall time that Prolog may work for all its answers, `inferences` (some 10 to 20
-    million a second) and `stack_mb` bound each chunk of them.
+    `seconds` is the processor time that Prolog may work for all its answers, and a fifth of the
+    time by the clock; `inferences` (some 10 to 20 million a second) and `stack_mb` bound each
+    chunk of them.
     """
 
     seconds: float = 30.0

@@ -13,7 +13,7 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.promised_facts import FactMaker
-from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_words_alone
+from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_no_model, holds_words_alone
 
 __all__ = [
     "judge_scene",
@@ -31,10 +31,11 @@ _LOG = logging.getLogger(__name__)
 def rules_in(folder: Path) -> tuple[Path, ...]:
     """The model files of a folder, in the model language or in Prolog, in alphabetical order.
 
-    Prolog files that hold words for models alone are none: who uses them loads them.
+    Prolog files that hold words for models alone are none: who uses them loads them. Nor are files
+    without any model, such as empty ones.
     """
     found = (p for p in sorted(folder.glob("*")) if p.suffix in RULE_SUFFIXES)
-    return tuple(path for path in found if not holds_words_alone(path))
+    return tuple(p for p in found if not holds_words_alone(p) and not holds_no_model(p))
 
 
 def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:

@@ -12,7 +12,18 @@ __all__ = ["Check", "Done", "Fixed", "fixed"]
 MOST_TRIED = 1000
 """Fixes that are tried on one text; who needs more can ask again."""
 
-UNREAD = frozenset({"bracket", "misspelt", "no-model", "open-text", "stray-text", "syntax"})
+UNREAD = frozenset(
+    {
+        "bracket",
+        "decimal-comma",
+        "misspelt",
+        "no-model",
+        "open-text",
+        "quote",
+        "stray-text",
+        "syntax",
+    }
+)
 """Faults of statements that cannot be read; what else is wrong with these shows afterwards."""
 
 UNCHECKED = "unknown-word"

@@ -1,18 +1,17 @@
 """The language server: what editors ask of model files, over stdio."""
 
-from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from facetlog.errors import missing_extra
+from facetlog.grammar.example_scenes import Builders
 
 __all__ = ["Builders", "run"]
-
-Builders = Mapping[str, Sequence[str]]
-"""The things that examples can build, and the dimensions that each takes."""
 
 
 def run(builders: Builders = MappingProxyType({})) -> None:
     """Serves one editor over stdin and stdout until it says `exit` or closes them.
+
+    `builders` are what examples can build; without any the examples' scenes are not checked.
 
     InputError where pygls is not installed.
     """

@@ -19,11 +19,11 @@ KINDS = (lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll)
 
 
 def code_actions(
-    analysis: Analysis, text: EditorText, uri: str, span: Span
+    analysis: Analysis, faults: Iterable[Fault], text: EditorText, uri: str, span: Span
 ) -> list[lsp.CodeAction]:
     """Fixes of the faults that touch a span, the likeliest first."""
     source = analysis.file.source
-    own = [fault for fault in analysis.faults if fault.source is source]
+    own = [fault for fault in faults if fault.source is source]
     here = [f for f in own if f.span.start <= span.end and span.start <= f.span.end]
     found = [_action(fault, fix, text, uri) for fault in here for fix in _fixes(fault, analysis)]
     return sorted(found, key=lambda action: not action.is_preferred)

@@ -26,7 +26,7 @@ def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
     """The faults of a file; those of the files that it uses stand where it says `use`."""
     analysis = project.analysis(path)
     text = project.text(path)
-    own = [fault for fault in analysis.faults if fault.source.name == str(path)]
+    own = [fault for fault in project.faults(path) if fault.source.name == str(path)]
     return [diagnostic(fault, text) for fault in own] + list(_of_others(project, analysis, text))
 
 

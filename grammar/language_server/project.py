@@ -9,6 +9,7 @@ from lsprotocol import types as lsp
 from pygls import uris
 
 from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.example_scenes import Builders, all_faults
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
@@ -30,6 +31,7 @@ class Project:
     """Open texts by path, the folders of the workspace, and analyses as long as nothing changes."""
 
     encoding: str = UTF_16
+    builders: Builders = field(default_factory=dict)
     folders: tuple[Path, ...] = ()
     _open: dict[Path, EditorText] = field(default_factory=dict)
     _uris: dict[Path, str] = field(default_factory=dict)
@@ -108,10 +110,17 @@ class Project:
             self._analyses[path] = found
         return found
 
+    def faults(self, path: Path) -> tuple[Fault, ...]:
+        """The faults of a file, as `model check` reports them."""
+        return self._with_scenes(self.analysis(path))
+
+    def _with_scenes(self, analysis: Analysis) -> tuple[Fault, ...]:
+        return all_faults(analysis, self.builders) if self.builders else analysis.faults
+
     def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
         """What says which faults a file would have with another text."""
         memory = Memory()
-        return lambda text: analyse(path, text, read=self.read, memory=memory).faults
+        return lambda text: self._with_scenes(analyse(path, text, read=self.read, memory=memory))
 
     def symbols(self, path: Path) -> Occurrences:
         """The symbols of a file; found once for each state of the texts."""

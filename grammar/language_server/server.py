@@ -54,7 +54,7 @@ class ModelServer(LanguageServer):
     def __init__(self, builders: Builders) -> None:
         super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
         self.builders = builders
-        self.project = Project()
+        self.project = Project(builders=builders)
         self._waiting: asyncio.TimerHandle | None = None
         self._published: set[Path] = set()
         self.colours = GivenColours()
@@ -215,7 +215,7 @@ def _serve_questions(server: ModelServer) -> None:
         wanted = params.context.only
         found: list[lsp.CodeAction] = []
         if wanted is None or _is_of(lsp.CodeActionKind.QuickFix, wanted):
-            found += code_actions(project.analysis(path), text, uri, span)
+            found += code_actions(project.analysis(path), project.faults(path), text, uri, span)
         # It costs a look after each fix: done on demand, not at each step of the cursor.
         if wanted is not None and _is_of(lsp.CodeActionKind.SourceFixAll, wanted):
             found += fix_all(text, uri, project.check_of(path))

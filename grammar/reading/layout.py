@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from facetlog.grammar.faults import Fault
+from facetlog.grammar.fixing.fix import Edit, Fix
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
 
@@ -29,6 +30,8 @@ _OPEN_WORDS = frozenset(
     because""".split()  # noqa: SIM905
 )
 _OPEN_SIGNS = frozenset(",:+-*/=±.(")
+_CLOSING = frozenset('“”‟«»‘’"')
+"""What ends a text in the quotation marks of other programs and languages."""
 _BRACKETS = ("(", ")")
 DEEPEST = 40
 """Brackets within brackets; more is no sentence that a person reads."""
@@ -38,9 +41,11 @@ _TOKEN = re.compile(
     r"""
     (?:[^\S\n]|\ufeff)*(?:
       (?P<string>"[^"\n]*"?)
+    | (?P<curly>[“”„‟«»‘’‚][^“”„‟«»‘’‚"\n]*[“”‟«»‘’"]?)
     | (?P<comment>\#[^\n]*)
     | (?P<newline>\n)
     | (?P<word>[^\W\d]\w*)
+    | (?P<comma>(?<!,)[0-9]+,[0-9]+(?![0-9,]))
     | (?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)
     | (?P<sign>\+/-|[^\s\ufeff])
     )
@@ -157,7 +162,7 @@ class _Lines:
             if text in PIECE_WORDS:
                 self._pieces.append(len(self._tokens))
             self._tokens.append(token)
-            if kind == "string" or text in _BRACKETS:
+            if kind in ("string", "curly", "comma") or text in _BRACKETS:
                 self._check(token)
         self._end_statement()
 
@@ -177,7 +182,25 @@ class _Lines:
 
     def _check(self, token: Token) -> None:
         if token.kind == "string" and (len(token.text) < 2 or token.text[-1] != '"'):
-            self._fault("open-text", "this text has no end", token, 'close it with "')
+            self._fault(
+                "open-text", "this text has no end", token, 'close it with "', *_closed(token)
+            )
+        elif token.kind == "curly":
+            hint = 'write a text in quotes as "it is flat"'
+            self._fault(
+                "quote",
+                f"`{token.text[0]}` is no quotation mark here",
+                token,
+                hint,
+                *_quoted(token),
+            )
+        elif token.kind == "comma":
+            point = token.text.replace(",", ".")
+            # 1,000 may be a thousand.
+            sure = len(token.text.split(",")[1]) != 3
+            fix = Fix(f"write `{point}`", (Edit(Span(token.start, token.end), point),), sure)
+            hint = f"write `{point}`, and a blank behind the comma between two numbers"
+            self._fault("decimal-comma", "decimals are written with a point", token, hint, fix)
         elif token.text == "(":
             self._open.append(token)
             if len(self._open) == DEEPEST + 1:
@@ -204,9 +227,26 @@ class _Lines:
         self.statements.append(Statement(tuple(self._tokens), self._whole))
         self._tokens, self._open, self._pieces, self._whole = [], [], [], True
 
-    def _fault(self, code: str, message: str, token: Token, hint: str) -> None:
+    def _fault(self, code: str, message: str, token: Token, hint: str, *fixes: Fix) -> None:
         self._whole = False
-        self.faults.append(Fault(code, message, self.source, Span(token.start, token.end), hint))
+        span = Span(token.start, token.end)
+        self.faults.append(Fault(code, message, self.source, span, hint, fixes=fixes))
+
+
+def _quoted(token: Token) -> Iterator[Fix]:
+    """The fix that puts a text between curly quotes into straight ones."""
+    inside = token.text[1:-1]
+    if len(token.text) > 1 and token.text[-1] in _CLOSING:
+        text = f'"{inside}"'
+        yield Fix(f"write `{text}`", (Edit(Span(token.start, token.end), text),), sure=True)
+
+
+def _closed(token: Token) -> Iterator[Fix]:
+    """The fix of a text that begins with a straight quote and ends with a curly one."""
+    places = [at for at, sign in enumerate(token.text) if sign in _CLOSING and at]
+    if places:
+        at = token.start + places[-1]
+        yield Fix('close it with `"`', (Edit(Span(at, at + 1), '"'),), sure=len(places) == 1)
 
 
 def _names_pieces(tokens: Sequence[Token], at: int) -> bool:

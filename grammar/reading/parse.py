@@ -10,7 +10,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import MOST_FAULTS, Fault
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
 from facetlog.grammar.reading.lalr import NotParsed, TableParser
 from facetlog.grammar.reading.layout import Layout, Statement, laid_out, pieces
 from facetlog.grammar.reading.tree import TreeToSyntax
@@ -77,6 +77,10 @@ def parse(source: Source) -> Parsed:
                 _PIECES.keep(text, source.name, span.start, piece)
         found += piece.nodes
         comments += piece.comments
+    if not found and not faults:
+        hint = "begin with `model NAME`"
+        message = "the file has no model"
+        faults.append(Fault("empty-file", message, source, Span(0, 0), hint, Severity.WARNING))
     file = _file(source, tuple(comments), found, faults)
     return Parsed(file, tuple(sorted(faults, key=_order)))
 

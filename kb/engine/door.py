@@ -10,7 +10,7 @@ from facetlog.kb.engine.engine import Reply, piece_text
 from facetlog.kb.engine.python_predicates import raised
 from facetlog.kb.engine.terms import Failure, Term, decode_reply
 
-__all__ = ["LOAD_SECONDS", "Door", "Replies", "ask", "checked"]
+__all__ = ["LOAD_SECONDS", "Door", "Replies", "ask", "checked", "clean_up"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -59,6 +59,20 @@ def ask(
         return checked(door.reply(operation, text, seconds=seconds, state=state))[0]
     finally:
         _LOG.debug("Prolog: %s took %.3f s", operation, perf_counter() - began)
+
+
+def clean_up(door: Door, operation: str, text: str) -> None:
+    """Have Prolog forget something; what was asked before must not fail by it.
+
+    An interrupt that came late may hit this request instead of its own: then it is asked again.
+    """
+    for _ in range(2):
+        try:
+            ask(door, operation, text)
+        except EngineError as exc:
+            _LOG.info("%s: %s", operation, exc)
+        else:
+            return
 
 
 def checked(reply: Reply, question: str | None = None) -> tuple[Term, Reply]:

@@ -9,10 +9,10 @@ another thread, and its conversions cut large integers and text with NUL.
 import atexit
 import ctypes
 import os
+import re
 import sys
 import threading
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from importlib.resources import files
@@ -22,8 +22,7 @@ from typing import Any, TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.python_predicates import called
-from facetlog.plain_text import plain_text
-from facetlog.regular_file import check_current_folder
+from facetlog.kb.engine.starting_conditions import PLACES, starting_conditions
 
 __all__ = [
     "MINIMUM_VERSION",
@@ -55,6 +54,12 @@ OK = '["ok",'
 
 # What Python offers to rules: an identifier and arguments as text in, a reply as text out.
 Callback: TypeAlias = Callable[[str], str]
+
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+_PRIVATE = re.compile("[\U0010f000-\U0010f7ff]")
+_TO_PRIVATE = 0x10F000 - 0xD800
+"""From the surrogates to the last plane of Unicode, whose characters mean nothing by themselves."""
 
 
 class CrashError(Exception):
@@ -152,7 +157,7 @@ class Engine:
             # Must not raise: ctypes would print the exception and go on with garbage.
             mark = self._TERM()
             self._mark_strings(ctypes.byref(mark))
-            said = callback(piece_text(self._piece(text))).encode("utf-8", "surrogatepass")
+            said = _encode(callback(piece_text(self._piece(text))))
             self._release_strings(mark.value)
             kind = self._STRING | self._UTF8
             return int(self._unify_text(reply, kind, len(said), said))
@@ -177,7 +182,7 @@ class Engine:
             terms = self._new_terms(4)
             self._put_integer(terms, number)
             self._put(terms + 1, operation.encode())
-            self._put(terms + 2, text.encode("utf-8", "surrogatepass"))
+            self._put(terms + 2, _encode(text))
             flags = self._CATCH_EXCEPTION | self._NODEBUG | self._EXT_STATUS
             query = self._open_query(None, flags, self._request, terms)
             try:
@@ -221,8 +226,25 @@ class Engine:
         if self._get_text(term, *place, self._CVT_STRING):
             return ctypes.string_at(chars.value or 0, length.value)
         if self._get_text(term, *place, self._CVT_STRING | self._UTF8):
-            return ctypes.string_at(chars.value or 0, length.value).decode("utf-8", "surrogatepass")
+            return _decode(ctypes.string_at(chars.value or 0, length.value))
         raise EngineError("SWI-Prolog's reply is no text")
+
+
+def _encode(text: str) -> bytes:
+    """Text as SWI-Prolog takes it: UTF-8, with lone surrogates as characters for private use.
+
+    Python has names of files that are no UTF-8 as text with surrogates, which Prolog refuses.
+    """
+    try:
+        return text.encode()
+    except UnicodeEncodeError:
+        return _SURROGATE.sub(lambda found: chr(ord(found[0]) + _TO_PRIVATE), text).encode()
+
+
+def _decode(data: bytes) -> str:
+    """Text of SWI-Prolog as Python has it: see `_encode`."""
+    text = data.decode("utf-8", "surrogatepass")
+    return _PRIVATE.sub(lambda found: chr(ord(found[0]) - _TO_PRIVATE), text)
 
 
 def piece_text(piece: Piece) -> str:
@@ -244,12 +266,15 @@ def start() -> Engine:
 
 @cache
 def _started() -> Engine:
-    check_current_folder()  # SWI-Prolog crashes without one
+    with starting_conditions():
+        return _loaded()
+
+
+def _loaded() -> Engine:
     try:
-        with _plain_arguments():
-            core = _pyswip_core()
-    except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
-        raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
+        core = _pyswip_core()
+    except Exception as exc:
+        raise EngineError(_why_not_started(exc)) from exc
     version = _version(core.PL_VERSION)
     if version < MINIMUM_VERSION:
         written = ".".join(map(str, version))
@@ -261,14 +286,23 @@ def _started() -> Engine:
     return engine
 
 
-@contextmanager
-def _plain_arguments() -> Iterator[None]:
-    """Have arguments that are no UTF-8 escaped: pyswip hands them all to SWI-Prolog."""
-    given, sys.argv = sys.argv, [*map(plain_text, sys.argv)]
-    try:
-        yield
-    finally:
-        sys.argv = given
+def _why_not_started(exc: Exception) -> str:
+    """Say what keeps SWI-Prolog from starting, and the way out."""
+    said = " ".join(str(exc).split()) or type(exc).__name__
+    # pyswip's own errors, whose classes cannot be imported where it fails.
+    if type(exc).__name__ == "SwiPrologNotFoundError":
+        return f"SWI-Prolog is missing: {INSTALL_HINT}"
+    if "is required" in said and "swi-prolog" in said.lower():
+        return f"SWI-Prolog is too old ({said}): {INSTALL_HINT}"
+    if isinstance(exc, ImportError):
+        return f"pyswip cannot be imported ({said}): pip install --force-reinstall pyswip"
+    if isinstance(exc, MemoryError):
+        return "SWI-Prolog does not start: it gets no memory; allow more, or end other programs"
+    if isinstance(exc, OSError):
+        places = [name for name in PLACES if os.environ.get(name)]
+        hint = f": unset {' and '.join(places)}" if places else f": {INSTALL_HINT}"
+        return f"SWI-Prolog's library cannot be loaded ({said}){hint}"
+    return f"SWI-Prolog does not start ({type(exc).__name__}: {said})"
 
 
 def _pyswip_core() -> Any:

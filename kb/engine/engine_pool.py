@@ -8,8 +8,10 @@ builtin written in C, is given up; so is, in the end, each that was interrupted.
 """
 
 import atexit
+import logging
 import os
 import queue
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -21,8 +23,13 @@ from facetlog.kb.engine.engine import OK, CrashError, Engine, Reply, piece_text,
 
 __all__ = ["GRACE_SECONDS", "MOST_OPEN", "EnginePool", "Replies", "engine_pool"]
 
+_LOG = logging.getLogger(__name__)
+
 GRACE_SECONDS = 0.5
 """How long an interrupted question may take to end before its worker is given up."""
+
+CLOCK_FACTOR = 5.0
+"""How many seconds a limited second of processor time may take on a busy machine."""
 
 LONGEST_WAIT = threading.TIMEOUT_MAX  # seconds; what is more counts as that
 
@@ -68,6 +75,8 @@ class _Worker:
         """Whether it will not call Prolog any more."""
         self._ready = threading.Event()
         self._trouble: EngineError | None = None
+        self._clock: int | None = None
+        self._spent = 0.0
         self.thread = threading.Thread(target=self._run, name="facetlog-prolog", daemon=True)
         with _spawning:  # the size is a setting of the whole process
             before = threading.stack_size(STACK_BYTES)
@@ -76,6 +85,15 @@ class _Worker:
             finally:
                 threading.stack_size(before)
 
+    @property
+    def processor_seconds(self) -> float:
+        """The processor time that the thread has used; the clock's where the system counts none."""
+        if self._clock is None:
+            return time.monotonic()
+        with suppress(OSError):  # of a thread that has ended
+            self._spent = time.clock_gettime(self._clock)
+        return self._spent
+
     def wait_ready(self) -> None:
         """Returns when the worker can serve; raises what hinders it."""
         self._ready.wait()
@@ -83,10 +101,14 @@ class _Worker:
             raise self._trouble
 
     def _run(self) -> None:
+        if sys.platform == "linux":
+            self._clock = time.pthread_getcpuclockid(threading.get_ident())
         try:
             engine = self._begin()
-        except EngineError as exc:
-            self._trouble = exc
+        except Exception as exc:
+            # Whatever it is, who waits must hear of it.
+            said = exc if isinstance(exc, EngineError) else None
+            self._trouble = said or EngineError(f"SWI-Prolog does not start: {exc}")
             self.ended = True
             return
         finally:
@@ -148,13 +170,14 @@ class _Keeper(_Worker):
 class Replies:
     """The replies of one request, pulled one by one; an iterator that may be dropped at any time.
 
-    `seconds` is the time that Prolog may take for all of them together; what the caller does
-    between two replies does not count.
+    `seconds` is the processor time that Prolog may take for all of them together, and a fifth of
+    the time by the clock: a machine that is busy with other things ends no question. What the
+    caller does between two replies does not count.
     """
 
     def __init__(self, pool: "EnginePool", worker: _Worker, job: _Job, seconds: float) -> None:
         self._pool, self._worker, self._job = pool, worker, job
-        self._left = seconds
+        self._left, self._clock_left = seconds, CLOCK_FACTOR * seconds
         self._state = "running"  # then waiting, running, ..., ended
         self._changing = threading.Lock()  # of the state
         self._reading = threading.Lock()  # one thread reads, another may close
@@ -195,17 +218,25 @@ class Replies:
             return reply
 
     def _wait(self) -> tuple[Reply, bool] | EngineError:
-        begin = time.monotonic()
+        begin, spent = time.monotonic(), self._worker.processor_seconds
         try:
-            answer = self._job.replies.get(timeout=min(max(0.0, self._left), LONGEST_WAIT))
-        except queue.Empty:
-            self._pool.interrupt(self._worker, self._job, "time_limit")
+            while True:
+                used = self._worker.processor_seconds - spent
+                clock = time.monotonic() - begin
+                left = min(self._left - used, self._clock_left - clock)
+                try:
+                    answer = self._job.replies.get(timeout=min(max(0.0, left), LONGEST_WAIT))
+                except queue.Empty:
+                    if left > 0.0:
+                        continue  # the machine was busy with other things meanwhile
+                    self._pool.interrupt(self._worker, self._job, "time_limit")
+                    break
+                self._left -= self._worker.processor_seconds - spent
+                self._clock_left -= time.monotonic() - begin
+                return answer
         except BaseException:  # Ctrl-C while waiting
             self._pool.interrupt(self._worker, self._job, "stopped")
             raise
-        else:
-            self._left -= time.monotonic() - begin
-            return answer
         try:
             # What an interrupted question still says, mostly that it was interrupted.
             return self._job.replies.get(timeout=GRACE_SECONDS)
@@ -360,10 +391,14 @@ class EnginePool:
             open_now = {job.number for job in self._busy.values()}
             if open_now:
                 self._later.append((open_now, _Job(next(self._numbers), operation, text)))
-        if not open_now:
+        if open_now:
+            return False
+        try:
             reply = self.reply(operation, text, seconds=QUIET_SECONDS)
-            return bool(reply) and piece_text(reply[0]).startswith(OK)
-        return False
+        except EngineError as exc:  # what was asked before must not fail by it
+            _LOG.info("%s: %s", operation, exc)
+            return False
+        return bool(reply) and piece_text(reply[0]).startswith(OK)
 
     def interrupt(self, worker: _Worker, job: _Job, why: str) -> None:
         """Makes Prolog leave this job; nothing happens if the worker has left it already.

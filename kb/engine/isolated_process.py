@@ -22,7 +22,13 @@ from typing import TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.engine import OK, Piece, Reply, piece_text
-from facetlog.kb.engine.engine_pool import GRACE_SECONDS, Replies, engine_pool
+from facetlog.kb.engine.engine_pool import (
+    CLOCK_FACTOR,
+    GRACE_SECONDS,
+    LONGEST_WAIT,
+    Replies,
+    engine_pool,
+)
 from facetlog.python_process import import_path, python_module
 
 __all__ = ["IsolatedProcess"]
@@ -61,7 +67,8 @@ class _Answering:
             self._state = "running"
             self._owner.send({"do": "next", "id": self._number})
         try:
-            answer = self.inbox.get(timeout=self._seconds + MARGIN_SECONDS)
+            wait = min(CLOCK_FACTOR * self._seconds + MARGIN_SECONDS, LONGEST_WAIT)
+            answer = self.inbox.get(timeout=wait)
         except queue.Empty:
             self._state = "ended"
             self._owner.kill()

@@ -5,13 +5,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 
-from facetlog.kb.engine.door import Door
+from facetlog.kb.engine.door import Door, clean_up
 from facetlog.kb.engine.python_predicates import forget
 from facetlog.kb.engine.terms import Atom, term_text
 
 __all__ = ["Leftovers", "clear", "clear_all", "destroy_scene", "leave", "scene_module"]
-
-CLEAR_SECONDS = 600.0  # wall time: as long as what was loaded may have taken
 
 _modules = count(1)
 # Prolog keeps a few hundred bytes for each name that a module ever had: names are used again.
@@ -60,8 +58,8 @@ def clear_all() -> None:
 
 
 def clear(left: Leftovers) -> None:
-    """Clears it away; raises EngineError if Prolog does not answer."""
-    left.door.reply("forget_base", term_text(Atom(left.base)), seconds=CLEAR_SECONDS)
+    """Clear it away; what Prolog does not forget stays until the process ends."""
+    clean_up(left.door, "forget_base", term_text(Atom(left.base)))
     for key in left.functions:
         forget(key)
     for module in left.scenes:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from facetlog.errors import RuleSyntaxError
 from facetlog.kb.calibration import content_key, judging_key
-from facetlog.kb.engine.door import Door, ask
+from facetlog.kb.engine.door import Door, ask, clean_up
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
 from facetlog.kb.loading.promised_facts import asks_on_demand
@@ -128,5 +128,5 @@ class RuleFiles:
     def _drop(self, rules: RuleFile) -> None:
         module = Atom(rules.module)
         named = Struct("named", (Atom(self._base), module))
-        ask(self._door, "unname_models", term_text(named))
+        clean_up(self._door, "unname_models", term_text(named))
         self._door.when_quiet("drop_rules", term_text(module), state=rules.module)

@@ -22,6 +22,8 @@ MODEL_SUFFIX = ".model"
 RULE_SUFFIXES = (MODEL_SUFFIX, ".pl")
 
 
+_MODEL_LINE = re.compile(r"^[\s\ufeff]*model\b", re.MULTILINE)
+
 # What compiled clauses and the words beside them are headed by.
 _MADE_FROM = re.compile(r"% (\S+\.model:\d+|(\S+\.pl)$)")
 
@@ -63,6 +65,16 @@ def holds_words_alone(path: Path) -> bool:
     return bool(own.words) and not own.models
 
 
+def holds_no_model(path: Path) -> bool:
+    """Whether a file in the model language is empty, or has nothing but comments and constants."""
+    if path.suffix != MODEL_SUFFIX:
+        return False
+    try:
+        return _MODEL_LINE.search(rule_text(path)) is None
+    except RuleSyntaxError:
+        return False  # loading it says why
+
+
 def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSource, ...]:
     """The file, last, after the model files whose models it asks about, and those that they ask.
 
@@ -91,6 +103,8 @@ def _compiled(path: Path) -> tuple[RuleSource, "Program"]:
 
     analysis = analyse(path)
     program = compiled(analysis)
+    if not program.models:
+        raise RuleSyntaxError(f"{path}: there is no model in it; begin one with `model NAME`")
     library = analysis.library
     files = tuple(dict.fromkeys((path, *library.files, *library.words)))
     return RuleSource(path, program.prolog, files), program

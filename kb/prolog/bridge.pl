@@ -9,6 +9,9 @@ A question replies with as many chunks as it has (answers.pl), everything else o
 raises but for an interrupt that arrives on its very threshold.
 */
 
+% All our files are UTF-8, whatever the locale.
+:- set_prolog_flag(encoding, utf8).
+
 % This file is kb/prolog/bridge.pl; rules/ stands beside kb/.
 :- prolog_load_context(directory, Here),
    asserta(user:file_search_path(facetlog_kb, Here)),
@@ -65,6 +68,7 @@ request(Number, Operation, Text, Reply) :-
 %   An interrupt names the request that it is for: it may come late.
 enter(Number) :-
     nb_setval(facetlog_request, Number),
+    set_prolog_flag(encoding, utf8),    % of this thread; at first it is that of the locale
     own_stack_limit(Bytes),
     set_prolog_flag(stack_limit, Bytes).
 
@@ -87,7 +91,7 @@ pause(Number) :-
 %   Runs in the thread that serves the request Number, as a signal.
 
 interrupt(Number, Why) :-
-    (   nb_getval(facetlog_request, Number)
+    (   nb_current(facetlog_request, Number)   % none in a thread that serves its first request
     ->  throw(facetlog_interrupt(Why))
     ;   true
     ).

@@ -54,7 +54,7 @@ def _actions(text: str, at: str) -> list[lsp.CodeAction]:
     project, path = _project(text)
     start = text.index(at)
     span = Span(start, start + len(at))
-    return code_actions(project.analysis(path), project.text(path), URI, span)
+    return code_actions(project.analysis(path), project.faults(path), project.text(path), URI, span)
 
 
 def test_a_fault_is_offered_its_fix() -> None:

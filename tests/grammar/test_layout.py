@@ -2,6 +2,7 @@
 
 import pytest
 
+from facetlog.grammar.fixing.fix import applied
 from facetlog.grammar.reading.layout import DEEPEST, laid_out
 from facetlog.grammar.source import Source
 
@@ -52,6 +53,9 @@ def test_comments_keep_their_places_and_whether_they_stand_alone() -> None:
         ("a: (x is level", "bracket", 4),
         ("a: x is level)", "bracket", 14),
         ('a: x is level "why', "open-text", 15),
+        ("a: x is level “why”", "quote", 15),
+        ("a: x is level „why“", "quote", 15),
+        ("a: tilt(x) at most 2,5 deg", "decimal-comma", 20),
         ("a: " + "(" * (DEEPEST + 1) + "x" + ")" * (DEEPEST + 1), "too-deep", DEEPEST + 4),
     ],
 )
@@ -63,3 +67,26 @@ def test_an_open_bracket_or_text_is_blamed_where_it_stands(
     assert fault.code == code
     assert fault.source.line_and_column(fault.span.start) == (1, column)
     assert [s.whole for s in layout.statements] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("text", "after"),
+    [
+        ("a: x is level “why”", 'a: x is level "why"'),
+        ("a: x is level „why“", 'a: x is level "why"'),
+        ("a: x is level »why«", 'a: x is level "why"'),
+        ('a: x is level "why”', 'a: x is level "why"'),
+        ("a: tilt(x) at most 2,5 deg", "a: tilt(x) at most 2.5 deg"),
+        ("a: length(x) at most 1,000 mm", "a: length(x) at most 1,000 mm"),  # or a thousand
+    ],
+)
+def test_quotes_and_commas_of_other_languages_are_put_right_where_that_is_sure(
+    text: str, after: str
+) -> None:
+    (fault,) = laid_out(Source("m", text)).faults
+    fix = fault.sure_fix
+    assert applied(text, fix.edits if fix is not None else ()) == after
+
+
+def test_numbers_in_a_row_have_no_decimal_commas() -> None:
+    assert not laid_out(Source("m", "a: f(1, 2), f(1,2,3)")).faults

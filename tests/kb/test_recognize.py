@@ -13,7 +13,7 @@ from facetlog.errors import RuleSyntaxError
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Recognition, Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.recognize import recognize
+from facetlog.kb.recognize import open_knowledge_base, recognize, rule_files
 
 Build = Callable[..., Any]
 
@@ -191,3 +191,18 @@ condition(slab, flat, "it lies level", _, [Board], at_most(tilt(Board), toleranc
 condition(slab, face_up, "it faces up", _, [Board], upward(Board)).
 condition(slab, big, "it covers the thing", _, [Board], at_least(share(Board), 0.9)).
 """
+
+
+def test_files_without_a_model_are_left_out_of_a_folder_and_refused_alone(tmp_path: Path) -> None:
+    for name, text in (("a", ""), ("b", "# nothing yet\n"), ("c", "let wide = 5 cm\n")):
+        (tmp_path / f"{name}.model").write_text(text)
+    with pytest.raises(RuleSyntaxError, match="folder has no"):
+        rule_files([tmp_path])
+    (tmp_path / "d.model").write_text("model d\n  face a where a is level\n\n  up: a is upward\n")
+    assert [path.name for path in rule_files([tmp_path])] == ["d.model"]
+    for name in "abc":
+        with (
+            pytest.raises(RuleSyntaxError, match="no model"),
+            open_knowledge_base([tmp_path / f"{name}.model"]),
+        ):
+            pass

@@ -1,6 +1,7 @@
 % Verdicts as relations, and what is remembered of a scene.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(recall)).
 :- use_module(facetlog_kb(plan)).

@@ -10,6 +10,11 @@ from typing import IO, Any
 
 import pytest
 
+from facetlog.commands.model.check import checked
+from facetlog.commands.model.scenes import builder_sizes
+from facetlog.grammar.language_server.diagnostics import diagnostics
+from facetlog.grammar.language_server.project import Project
+
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator["subprocess.Popen[bytes]"]:
@@ -69,3 +74,25 @@ def test_an_editor_is_offered_the_builders_of_examples(
     assert _reply(server.stdout, 3) is None
     _send(server.stdin, method="exit")
     assert server.wait(timeout=20) == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "# only a comment\n",
+        'model slab\n  "A slab."\n  face top where top is level\n\n'
+        "  tilted: tilt(top) at most 2,5 deg  “or so”\n"
+        '  example "a" of cubod(width 30 cm) holds\n'
+        '  example "b" of cuboid(breadth 30 cm, width 4) fails\n',
+    ],
+)
+def test_an_editor_is_shown_what_model_check_reports(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "slab.model"
+    path.write_text(text)
+    _, faults = checked(path)
+    project = Project(builders=builder_sizes())
+    project.open(path.as_uri(), text)
+    shown = [(one.code, one.range.start.line + 1) for one in diagnostics(project, path)]
+    assert faults
+    assert shown == [(f.code, f.source.line_and_column(f.span.start)[0]) for f in faults]

@@ -39,7 +39,7 @@ goal_fault(Goal, Position, _, Fault) :-
 goal_fault(Goal, Position, _, Fault) :-
     number(Goal),
     !,
-    fault_at(Position, "a number is no goal; decimals are written with a point: 0.5", [], Fault).
+    fault_at(Position, "this is no goal; decimals are written with a point: 0.5", [], Fault).
 goal_fault(Goal, Position, _, Fault) :-
     \+ callable(Goal),
     !,

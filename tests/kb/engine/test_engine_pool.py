@@ -9,13 +9,15 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from facetlog.errors import EngineError
+from facetlog.kb.engine.engine import CrashError, Engine
 from facetlog.kb.engine.engine_pool import MOST_OPEN, engine_pool
 from facetlog.kb.engine.terms import Atom
-from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
 from tests.kb.fresh import ENVIRONMENT, python
 from tests.patience import allowed
@@ -233,9 +235,26 @@ def test_a_signal_that_ends_the_process_ends_it_at_once() -> None:
         assert process.wait(timeout=2) == -signal.SIGTERM
 
 
-def test_a_missing_swi_prolog_is_one_line_that_says_what_to_install() -> None:
+@pytest.mark.parametrize(
+    ("fault", "says"),
+    [
+        ("SwiPrologNotFoundError('SWI-Prolog not found')", "apt install swi-prolog-nox"),
+        ("Exception('swi-prolog >= 8.2.0 is required')", "is too old"),
+        ("ImportError('no pyswip')", "pip install"),
+        ("OSError('libgmp.so.10: cannot open shared object file')", "libgmp.so.10"),
+        ("MemoryError()", "memory"),
+        ("RuntimeError('other')", "RuntimeError: other"),
+    ],
+)
+def test_what_keeps_prolog_from_starting_is_one_line_that_says_what_it_is(
+    fault: str, says: str
+) -> None:
     run = python(
-        "import sys; sys.modules['pyswip'] = None\n"
+        "class SwiPrologNotFoundError(Exception): pass\n"
+        "def failing():\n"
+        f"    raise {fault}\n"
+        "from facetlog.kb.engine import engine\n"
+        "engine._pyswip_core = failing\n"
         "from facetlog.kb.knowledge_base import KnowledgeBase\n"
         "from facetlog.errors import EngineError\n"
         "try:\n"
@@ -243,9 +262,66 @@ def test_a_missing_swi_prolog_is_one_line_that_says_what_to_install() -> None:
         "except EngineError as exc:\n"
         "    print(exc, exc.exit_code)\n"
     )
-    assert "apt install swi-prolog-nox" in run.stdout, run.stderr
+    assert says in run.stdout, run.stderr
+    assert ("SWI-Prolog is missing" in run.stdout) == fault.startswith("SwiPrologNotFound")
     assert run.stdout.endswith(" 3\n")
     assert run.stdout.count("\n") == 1
+
+
+OPENED = """
+from facetlog.kb.knowledge_base import KnowledgeBase
+with KnowledgeBase() as base:
+    print(len(base.models), ascii(list(base.query("X = '\\xe4'"))))
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "environment"),
+    [
+        ("", {"LC_ALL": "C"}),
+        ("", {"LC_ALL": "C", "PYTHONUTF8": "0"}),
+        ("", {"LC_CTYPE": "POSIX", "LANG": "C"}),
+        ("", {"SWI_HOME_DIR": os.sep}),  # where there is none SWI-Prolog ends the process
+        ("import sys; sys.argv.append('a\\udcff.json')\n", {}),
+        ("import os; os.mkdir('gone'); os.chdir('gone'); os.rmdir('../gone')\n", {}),
+    ],
+)
+def test_prolog_starts_and_reads_its_files_whatever_its_surroundings(
+    before: str, environment: dict[str, str], tmp_path: Path
+) -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", before + OPENED],
+        env={**ENVIRONMENT, **environment},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == f"{len(BUILTIN_MODELS)} [(Atom(name='\\xe4'),)]\n"
+    assert "Illegal multibyte" not in run.stderr
+
+
+def test_an_interrupt_that_comes_late_fails_no_clean_up(
+    base: KnowledgeBase, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = tmp_path / "m.model"
+    path.write_text("model m\n  face a where a is measured\n\n  big: share(a) at least 1 %\n")
+    rules = base.load_rules(path)
+    forgetting = {"unname_models", "drop_rules", "unname_scene", "destroy_scene", "forget_base"}
+    request = Engine.request
+
+    def crashing(engine: Engine, number: int, operation: str, text: str) -> Iterator[object]:
+        if operation in forgetting:
+            raise CrashError
+        yield from request(engine, number, operation, text)
+
+    monkeypatch.setattr(Engine, "request", crashing)
+    base.load_scene("other", [])
+    base.drop_scene("other")
+    base.load_rules(path)
+    base.unload_rules(rules)
+    base.close()
 
 
 def test_the_process_has_one_pool() -> None:

@@ -1,6 +1,7 @@
 % What a test may ask of other models, and of all assignments of a model at once.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(rule_module)).
 :- use_module(facetlog_kb(in_progress)).

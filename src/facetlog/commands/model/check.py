@@ -144,19 +144,12 @@ def checked(
     `text` takes the place of the file's own; `memory` is that of looks at it before.
     """
     from facetlog.grammar import syntax as s
-    from facetlog.grammar.example_scenes import examples_of, scene_faults
+    from facetlog.grammar.example_scenes import all_faults, examples_of
 
     analysis = analysed(path, text, memory)
     faults = analysis.faults
     if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
         from facetlog.commands.model.scenes import builder_sizes
 
-        own = scene_faults(analysis, builder_sizes())
-        faults = tuple(sorted((*faults, *own), key=partial(_order, analysis)))
+        faults = all_faults(analysis, builder_sizes())
     return analysis, faults
-
-
-def _order(analysis: "Analysis", fault: "Fault") -> tuple[bool, str, int]:
-    """The faults of the file itself first, each file's in the order of its text."""
-    other = fault.source is not analysis.file.source
-    return other, fault.source.name, fault.span.start

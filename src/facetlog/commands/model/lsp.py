@@ -11,5 +11,5 @@ def lsp_command() -> int:
     from facetlog.commands.model.scenes import builder_sizes
     from facetlog.grammar.language_server import run
 
-    run({name: tuple(sizes) for name, sizes in builder_sizes().items()})
+    run(builder_sizes())
     return YES
