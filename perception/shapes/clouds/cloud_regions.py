@@ -100,9 +100,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     if view.seen_from is not None:
         about = replace(about, seen_from=view.seen_from[looked], partly=view.partly)
     about, round_sensor = _seen_from_outside(about, direction)
-    sides = outer_sides(
-        planes, body_of, about, floor=None if level is None else level.floor, up=direction
-    )
+    sides = outer_sides(planes, body_of, about, around=floor, up=direction)
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
         view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
@@ -118,6 +116,9 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
+    if sides.wrong_normals and cloud.normals is not None:
+        believed = ~np.isin(bodies, sides.wrong_normals)
+        cloud = replace(cloud, normals=cloud.normals * believed[:, None])
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
     said = (*said, *((SENSOR_WITHIN,) if round_sensor else _refusals(view)))
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said), view.seen_from)

@@ -1,6 +1,6 @@
 """Which side of a cloud's faces is outside."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,7 @@ CLEARLY_FREE = 1.5
 # Given normals, or the places a face was seen from, decide where they agree by so much (-1 … 1).
 AGREEMENT = 0.3
 # A face was seen from a place if this share of its points was, and is not hidden from there.
-SEEN_SHARE = 0.5
+SEEN_SHARE = 0.9
 # Seen from its edge, to within so many spacings and the noise, either side may have been seen.
 EDGE_ON_SPACINGS = 2.0
 # Of the thing's other points this share is behind a face at least; otherwise both sides are alike.
@@ -59,11 +59,13 @@ class Surroundings:
 class OuterSides:
     """Signs (m,) of planes, 1 if they look outwards and -1 if inwards.
 
-    `is_place_wrong` says that the places it was seen from contradict free space, and were ignored.
+    `is_place_wrong` says that the places it was seen from contradict free space, and were ignored;
+    `wrong_normals` are the objects of which the file's normals do.
     """
 
     signs: NDArray[np.intp]
     is_place_wrong: bool
+    wrong_normals: tuple[int, ...]
 
 
 def outer_sides(
@@ -71,7 +73,7 @@ def outer_sides(
     body_of: Sequence[int],
     about: Surroundings,
     *,
-    floor: int | None = None,
+    around: Collection[int] = (),
     up: FloatArray | None = None,
 ) -> OuterSides:
     """Return which planes look outwards.
@@ -79,42 +81,40 @@ def outer_sides(
     `planes` are those of the regions that `about.owner` numbers, `body_of` their objects. By the
     first criterion that decides: where it was seen from; the normals of the file; the side from
     which rays go further before they meet other surface; the side with less of the same object;
-    up; away from the middle. Of the `floor` it is up.
+    up; away from the middle. Regions `around` all things, as a floor, look towards them.
     """
     members = [np.flatnonzero(about.owner == number) for number in range(len(planes))]
     free = np.zeros(len(planes), dtype=np.intp)
     seen, by_normals = free.copy(), free.copy()
-    floor_sign = 0
+    inwards = free.copy()
     for number, (plane, rows) in enumerate(zip(planes, members, strict=True)):
-        if not len(rows):
-            continue
-        seen[number] = _seen_side(rows, plane, about)
-        by_normals[number] = _side_of_normals(rows, plane, about)
-        if number == floor and up is not None:
-            floor_sign = 1 if float(plane.normal @ up) > 0.0 else -1
-        else:
+        if number in around:
+            inwards[number] = 1 if float(plane.distance(about.points).mean()) > 0.0 else -1
+        elif len(rows):
             free[number] = _freer_side(number, rows, plane, about)
+        if len(rows):
+            seen[number] = _seen_side(rows, plane, about)
+            by_normals[number] = _side_of_normals(rows, plane, about)
     weights = np.array([len(rows) for rows in members])
     is_place_wrong = False
+    # where the normals of a floor look down, the others may, too
+    wrong = set(body_of) if (inwards * by_normals < 0).any() else set[int]()
     for body in set(body_of):
         own = np.array(body_of) == body
         if body >= 0 and body in about.partly:
             agreed = _agreement(seen[own], free[own], weights[own])
             is_place_wrong |= seen[own].any() and not agreed and not _is_room(body, about)
-        if _agreement(by_normals[own], free[own], weights[own]) is False and not (
-            body >= 0 and _is_room(body, about)
-        ):
-            by_normals[own] = 0
+        agreed = _agreement(by_normals[own], free[own], weights[own])
+        if agreed is False and not (body >= 0 and _is_room(body, about)):
+            wrong.add(body)
+    by_normals[np.isin(body_of, list(wrong))] = 0
     if is_place_wrong:
         seen[:] = 0
-    if floor is not None and floor_sign * by_normals[floor] < 0:
-        by_normals[:] = 0  # a floor that looks down: so may the rest
     signs = np.where(seen != 0, seen, np.where(by_normals != 0, by_normals, free))
+    signs = np.where(inwards != 0, inwards, signs)
     for number in np.flatnonzero(signs == 0).tolist():
         signs[number] = _likelier_side(number, members[number], planes[number], about, up)
-    if floor is not None and floor_sign:
-        signs[floor] = floor_sign
-    return OuterSides(signs, bool(is_place_wrong))
+    return OuterSides(signs, bool(is_place_wrong), tuple(wrong))
 
 
 def _agreement(
