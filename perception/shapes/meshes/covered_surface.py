@@ -15,6 +15,7 @@ import shapely
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, sizes_of
+from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
@@ -110,12 +111,8 @@ class Solids:
         # p + t (q - p), the same for both triangles at the side
         share = heights[one] / (heights[one] - heights[two])
         flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
-        if not len(flat):
-            return shapely.Polygon()
-        area: shapely.Geometry = shapely.build_area(
-            shapely.multilinestrings(flat.reshape(-1, 2, 2))
-        )
-        return shapely.make_valid(area)
+        area = enclosed_area(flat.reshape(-1, 2, 2))
+        return shapely.Polygon() if area is None else shapely.make_valid(area)
 
 
 def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:
