@@ -78,10 +78,11 @@ class _Bends:
         return cls(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)), lengths, slack)
 
 
-def find_regions(surface: Surface, bodies: Indices) -> Indices:
+def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> Indices:
     """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
 
     `bodies` (m,) number the object of each triangle: it is judged against the size of that.
+    Of a `rough` surface, as scanners write it, normals are averaged first.
     """
     sizes = sizes_of(surface.corners, bodies)
     bends = _Bends.of(surface, sizes)
@@ -103,7 +104,7 @@ def find_regions(surface: Surface, bodies: Indices) -> Indices:
         staves = _staves(surface, bends, facets, areas)[names]
         staves &= fits.breadths < STAVE_BREADTH_SHARE * size
         labels[rows] = np.where((good & ~staves)[groups], groups, -1)
-    _add_nearly_flat(surface, bends, labels, least, sizes)
+    _add_nearly_flat(surface, bends, labels, least, sizes if rough else None)
     _, dense = np.unique(labels, return_inverse=True)
     return dense.astype(np.int64) - int((labels < 0).any())
 
@@ -141,7 +142,7 @@ def _smoothed(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
 
 
 def _add_nearly_flat(
-    surface: Surface, bends: _Bends, labels: Indices, least: FloatArray, sizes: FloatArray
+    surface: Surface, bends: _Bends, labels: Indices, least: FloatArray, sizes: FloatArray | None
 ) -> None:
     """Number the nearly flat pieces of what has no label yet, in place."""
     left = labels < 0
@@ -149,7 +150,8 @@ def _add_nearly_flat(
         return
     inner = left[surface.links].all(axis=1)
     smooth = surface.links[inner & (bends.angles < SMOOTH)]
-    surface = _smoothed(surface, smooth, sizes)
+    if sizes is not None:
+        surface = _smoothed(surface, smooth, sizes)
     count, pieces = joined(len(labels), smooth)
     sizes = group_sums(pieces, surface.areas, count)
     worth = left & (sizes[pieces] >= least)
