@@ -213,10 +213,13 @@ def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) 
     values, sds = (each[places] for each in offsets(table, pairs))
     back, back_sds = (each[pairs.other[places]] for each in offsets(table, pairs))
     far, sd = -np.where(back_sds < sds, back, values), np.minimum(back_sds, sds)
-    # the farthest of each face, the lowest number first
-    order = np.lexsort((places, -far, two[places]))
+    # the farthest of each face, of several as far the surest
+    farthest = np.zeros(len(table))
+    np.maximum.at(farthest, two[places], far)
+    slack = table.tolerance.within(sd, table.scene[two[places]])
+    as_far = np.flatnonzero((far > 0.0) & (far >= farthest[two[places]] - slack))
+    order = as_far[np.lexsort((sd[as_far], two[places][as_far]))]
     first = order[np.unique(two[places][order], return_index=True)[1]]
-    first = first[far[first] > 0.0]
     at = np.full(len(table), -1, dtype=np.intp)
     at[two[places[first]]] = first
     chosen = at[faces]

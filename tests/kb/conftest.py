@@ -206,6 +206,8 @@ def build_facts(
         ]
         reach = float(((points[used] - corners[0]) @ normal).max())
         facts.append(("protrusion", name, max(reach, 0.0), length_sd))
+        behind = float(((corners[0] - points[used]) @ normal).max())
+        facts.append(("reach_behind", name, max(behind, 0.0), length_sd))
         facts += [("corner", name, i + 1, f"v{v}") for i, v in enumerate(ring)]
         for pair in zip(ring, ring[1:] + ring[:1], strict=True):
             facts.append(("bounds", edges[frozenset(pair)], name))

@@ -25,6 +25,8 @@ block_fact(Fact) :-
                   convex(A, B)]).
 block_fact(edge_length(E, L, 0.05)) :-
     member(E-L, [e1-8.0, e2-10.0, e3-6.0]).
+block_fact(reach_behind(F, R, 0.05)) :-
+    member(F-R, [f1-6.0, f2-10.0, f3-8.0]).
 
 state(Facts, State) :-
     verdict(Facts, verdict(_, _, State, _, _, _, _, _, _, _)).
@@ -47,7 +49,7 @@ changed(Old, New, Facts) :-
 test(three_faces_are_a_box, State == holds) :-
     block(Facts),
     state(Facts, State).
-test(sizes_are_the_edges_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
+test(sizes_are_between_sides_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
     block(Facts),
     verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _, _)),
     findall(N-V, member(size(N, _, V, _), Named), Sizes).

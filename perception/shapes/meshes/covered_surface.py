@@ -16,6 +16,7 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group
 from facetlog.perception.polygons import find_difference, find_union, make_polygon, make_valid
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, sizes_of
+from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
@@ -111,12 +112,8 @@ class Solids:
         # p + t (q - p), the same for both triangles at the side
         share = heights[one] / (heights[one] - heights[two])
         flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
-        if not len(flat):
-            return shapely.Polygon()
-        area: shapely.Geometry = shapely.build_area(
-            shapely.multilinestrings(flat.reshape(-1, 2, 2))
-        )
-        return make_valid(area)
+        area = enclosed_area(flat.reshape(-1, 2, 2))
+        return shapely.Polygon() if area is None else make_valid(area)
 
 
 def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, joined
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuilt
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane
+from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
 from facetlog.perception.types import FloatArray
 
 __all__ = ["cut_off"]
@@ -88,7 +89,8 @@ def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
         place = np.concatenate([place, ends[None]])
     flat = points[names] @ plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
     # rough loops cross themselves where they are looked at along the normal
-    area = shapely.build_area(shapely.node(shapely.multilinestrings(flat[place])))
+    noded = shapely.get_parts(shapely.node(shapely.multilinestrings(flat[place])))
+    area = enclosed_area(np.array([line.coords for line in noded]))
     if area is None or area.is_empty:
         return np.zeros((0, 3), dtype=np.int64)
     made = shapely.get_parts(shapely.constrained_delaunay_triangles(area))

@@ -49,6 +49,8 @@ MOST_COVERED = 0.5
 # A closed solid of which less is in the planes of a floor and walls stands there, and is none of
 # them: of a cube in a corner three sides of six are.
 MOST_TAKEN = 0.6
+# Planes that are rough by so many resolutions have noise.
+ROUGH = 10.0
 # Cells along the floor's lesser breadth to measure how much is covered.
 CELLS = 48
 
@@ -82,6 +84,12 @@ class Surroundings:
 
     triangles: NDArray[np.bool_]
     planes: tuple[LargePlane, ...]
+    size: float
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether a scanner's noise is in the planes, by far more than rounding."""
+        return max(plane.slack for plane in self.planes) > ROUGH * RESOLUTION * self.size
 
 
 def find_surroundings(
@@ -102,7 +110,7 @@ def find_surroundings(
             triangles |= leftovers(surface, triangles, planes)
             triangles &= ~_solids_inside(surface, triangles)
             if _is_floor(surface, samples, triangles, floor, up, room=len(planes) > 1):
-                return Surroundings(triangles, planes)
+                return Surroundings(triangles, planes, surface.size)
     return None
 
 

@@ -10,7 +10,7 @@
    a tube turns evenly, or goes on into others like it, and is none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -49,6 +49,10 @@ NEARLY_FLAT_RMS_SHARE = 0.05
 LEAST_AREA_SHARE = 0.001
 # Directions that a curved piece is taken apart by, at most; a ball has about twenty-five.
 MOST_DIRECTIONS = 32
+# Triangles smaller than this share of their object are a scanner's; their normals are averaged with
+# their neighbours' so often, which leaves a third of independent noise.
+FINE_SHARE = 0.05
+SMOOTHINGS = 3
 # A direction that fewer of a piece's normals point along starts no face.
 LEAST_DIRECTION_SHARE = 0.02
 
@@ -74,10 +78,11 @@ class _Bends:
         return cls(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)), lengths, slack)
 
 
-def find_regions(surface: Surface, bodies: Indices) -> Indices:
+def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> Indices:
     """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
 
     `bodies` (m,) number the object of each triangle: it is judged against the size of that.
+    Of a `rough` surface, as scanners write it, normals are averaged first.
     """
     sizes = sizes_of(surface.corners, bodies)
     bends = _Bends.of(surface, sizes)
@@ -99,7 +104,7 @@ def find_regions(surface: Surface, bodies: Indices) -> Indices:
         staves = _staves(surface, bends, facets, areas)[names]
         staves &= fits.breadths < STAVE_BREADTH_SHARE * size
         labels[rows] = np.where((good & ~staves)[groups], groups, -1)
-    _add_nearly_flat(surface, bends, labels, least)
+    _add_nearly_flat(surface, bends, labels, least, sizes if rough else None)
     _, dense = np.unique(labels, return_inverse=True)
     return dense.astype(np.int64) - int((labels < 0).any())
 
@@ -120,13 +125,33 @@ def _staves(
     return around > STAVE_OUTLINE_SHARE * outline
 
 
-def _add_nearly_flat(surface: Surface, bends: _Bends, labels: Indices, least: FloatArray) -> None:
+def _smoothed(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
+    """The surface with normals averaged over links (k, 2) of triangles that are small in objects of
+    `sizes` (m,): noise of a scanner turns its small triangles, and not what they lie in.
+    """
+    small = np.sqrt(surface.areas) < FINE_SHARE * sizes
+    one, two = links[small[links].all(axis=1)].T
+    normals = surface.normals
+    for _ in range(SMOOTHINGS):
+        weighted = surface.areas[:, None] * normals
+        total = weighted.copy()
+        count = len(total)
+        total += group_sums(one, weighted[two], count) + group_sums(two, weighted[one], count)
+        normals = total / np.maximum(np.sqrt((total**2).sum(axis=1)), 1e-300)[:, None]
+    return replace(surface, normals=normals)
+
+
+def _add_nearly_flat(
+    surface: Surface, bends: _Bends, labels: Indices, least: FloatArray, sizes: FloatArray | None
+) -> None:
     """Number the nearly flat pieces of what has no label yet, in place."""
     left = labels < 0
     if not left.any():
         return
     inner = left[surface.links].all(axis=1)
     smooth = surface.links[inner & (bends.angles < SMOOTH)]
+    if sizes is not None:
+        surface = _smoothed(surface, smooth, sizes)
     count, pieces = joined(len(labels), smooth)
     sizes = group_sums(pieces, surface.areas, count)
     worth = left & (sizes[pieces] >= least)

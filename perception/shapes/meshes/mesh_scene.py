@@ -63,7 +63,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         surface, taken = cut_off(surface, around.triangles, around.planes)
         samples = _samples(surface)
     bodies = _by_area(surface, find_bodies(surface, taken), taken)
-    labels = find_regions(surface, bodies)
+    labels = find_regions(surface, bodies, rough=around is not None and around.is_rough)
     _check_objects(surface, bodies[labels >= 0])
     connected, said = _connected(surface, bodies)
     count = int(labels.max()) + 1

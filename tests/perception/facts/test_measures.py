@@ -20,8 +20,8 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 SD = 0.002
 COPIES = 40
 FUNCTORS = {
-    "area", "length", "width", "fill", "edge_length", "protrusion", "offset", "elevation",
-    "top_of", "bottom_of", "share", "dihedral", "tilt", "angle",
+    "area", "length", "width", "fill", "edge_length", "protrusion", "reach_behind", "offset",
+    "elevation", "top_of", "bottom_of", "share", "dihedral", "tilt", "angle",
 }  # fmt: skip
 
 
@@ -88,3 +88,9 @@ def test_the_least_rectangle_of_a_turned_one_is_itself() -> None:
     direction, length, width = least_rectangle(corners @ turn.T)
     assert (length, width) == pytest.approx((3.0, 1.0))
     assert abs(direction @ turn[:, 0]) == pytest.approx(1.0)
+
+
+def test_a_thing_reaches_behind_a_face_as_far_as_the_side_opposite_whatever_its_edges_are() -> None:
+    scene = cuboid(0.4, 0.3, 0.25)
+    reaches = sorted(args[1] for functor, args in scene_facts(scene) if functor == "reach_behind")
+    assert reaches == pytest.approx([0.25, 0.25, 0.3, 0.3, 0.4, 0.4])
