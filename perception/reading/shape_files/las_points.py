@@ -20,14 +20,18 @@ RECORD_AT, RECORD = 105, "<HI"  # bytes of a point, how many points (before 1.4)
 EXTENDED_AT, EXTENDED = 235, "<QIQ"  # from 1.4 on: where EVLRs begin, how many, how many points
 LEAST_HEADER = {3: 235, 4: 375}
 HEADER_BYTES, MOST_HEADER_BYTES = 227, 375
+# Tables 9 and 17: low point and high noise. The second is reserved in formats 0 to 5, but written.
+NOISE_CLASSES = (7, 18)
 # Sections 2.5 and 2.7: what a variable length record begins with.
 VLR_BYTES, EVLR_BYTES = 54, 60
 
 
-def las_points(path: Path, most: int) -> FloatArray:
-    """The points (n, 3) of a LAS or LAZ file, in its own frame.
+def las_points(path: Path, most: int) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the points (n, 3) of a LAS or LAZ file, in its own frame, and a warning of others.
 
-    Raises InputError where laspy is missing, for more than `most` points, and for damage.
+    Points that the file classifies as noise, or says are withheld, are left out; synthetic points
+    and key points are points. Raises InputError where laspy is missing, for more than `most`
+    points, for damage, and where nothing else is left.
     """
     try:
         laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
@@ -36,7 +40,10 @@ def las_points(path: Path, most: int) -> FloatArray:
     _check_header(path, most)
     try:
         with laspy.open(path) as file:
-            return np.array(file.read().xyz, dtype=np.float64)
+            table = file.read()
+            points = np.array(table.xyz, dtype=np.float64)
+            noise = np.isin(np.asarray(table.classification), NOISE_CLASSES)
+            withheld = np.asarray(table.withheld).astype(bool) & ~noise
     except (OSError, MemoryError):
         raise
     except Exception as exc:  # readers raise any kind of error on a damaged file
@@ -44,6 +51,17 @@ def las_points(path: Path, most: int) -> FloatArray:
         raise InputError(
             f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud again"
         ) from exc
+    kept = ~(noise | withheld)
+    if len(points) and not kept.any():
+        raise InputError(
+            f"{path.name}: all of its {len(points)} points are marked as noise or withheld; "
+            "export it without these marks"
+        )
+    return points[kept], tuple(
+        f"{int(left.sum())} of {len(points)} points left out: {what}"
+        for left, what in ((noise, "classified as noise"), (withheld, "marked as withheld"))
+        if left.any()
+    )
 
 
 def _check_header(path: Path, most: int) -> None:

@@ -62,11 +62,16 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     owner = np.full(len(cloud.points), -1)
     for number, outline in enumerate(outlines):
         owner[outline.members] = number
-    looked = _some_rows(len(cloud.points))
-    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    looked, stretch = _some_rows(np.arange(len(cloud.points)))
     spacing = float(np.median(found.spacing)) * stretch
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
     around = () if level is None or level.floor is None else (level.floor, *level.around)
+    on_things = ~np.isin(owner, around)
+    if around and on_things.any():
+        # a large floor leaves few points of the things
+        things, stretch = _some_rows(np.flatnonzero(on_things))
+        looked = np.sort(np.concatenate([things, looked[~on_things[looked]]]))
+        spacing = float(np.median(found.spacing[things])) * stretch
     bodies = np.full(len(cloud.points), -1)
     bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=around)
     body_of = [
@@ -85,14 +90,14 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     direction = None if level is None else level.direction
     about, round_sensor = _seen_from_outside(about, direction)
     regions = _regions(outlines, found, about, body_of, around, direction)
-    whole = not around and not round_sensor
+    whole = not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
-        levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
+        levels, on_levels = _levels(cloud, found, about, looked, stretch, regions, direction)
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
-    rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
+    rest = _rest(cloud, found, regions, owner, looked, bodies, stretch)
     warnings = (*cloud.warnings, *said, *((SENSOR_WITHIN,) if round_sensor else ()))
     return CloudRegions(regions, rest, direction, whole, warnings)
 
@@ -116,11 +121,12 @@ def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing
     )
 
 
-def _some_rows(count: int) -> NDArray[np.intp]:
-    """Rows of all points, or of 20,000 of them at random."""
-    if count <= MOST_LOOKED_AT:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(0).permutation(count)[:MOST_LOOKED_AT])
+def _some_rows(rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], float]:
+    """Return the rows, or 20,000 of them at random, and how much further apart these are."""
+    if len(rows) <= MOST_LOOKED_AT:
+        return rows, 1.0
+    some = np.random.default_rng(0).permutation(len(rows))[:MOST_LOOKED_AT]
+    return rows[np.sort(some)], float(np.sqrt(len(rows) / MOST_LOOKED_AT))
 
 
 def _up(
@@ -190,6 +196,7 @@ def _levels(
     found: CloudPlanes,
     about: Surroundings,
     looked: NDArray[np.intp],
+    stretch: float,
     regions: tuple[FlatRegion, ...],
     up: FloatArray,
 ) -> tuple[tuple[FlatRegion, ...], NDArray[np.intp]]:
@@ -208,7 +215,6 @@ def _levels(
             sheets.append(CloudPlane(plane if sign > 0.0 else plane.flipped(), rows, rms))
             body_of.append(body)
     # these points alone are as far apart as those that were looked at
-    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     count = len(found.planes)
     both = replace(
         found, planes=(*found.planes, *sheets), spacing=np.asarray(found.spacing * stretch)
@@ -235,20 +241,20 @@ def _rest(
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
     bodies: NDArray[np.intp],
-    spacing: float,
+    stretch: float,
 ) -> Rest:
     """Points of no region that are of an object's surface, with the area that each stands for.
 
     Those that a face's noise explains may still close a gap between faces, but stand for no area.
     """
     unowned = (owner[looked] < 0) & (bodies[looked] >= 0)
-    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing)
+    spacing = float(np.median(found.spacing))
+    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing * stretch)
     free = looked[unowned & ~scatter]
-    areas = found.spacing[free] ** 2 * (len(cloud.points) / len(looked))
+    areas = (found.spacing[free] * stretch) ** 2
     if len(free) > MOST_REST:
         kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])
         free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
-    spacing = float(np.median(found.spacing))
     off = off_faces(cloud.points[free], bodies[free], regions, noise=found.noise, spacing=spacing)
     areas[~off] = 0.0  # noise of faces, whose area counts already
     normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]
