@@ -98,7 +98,9 @@ def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
 
 
 def _read_las(path: Path, limits: CloudLimits) -> Cloud:
-    return Cloud.of(las_points(path, limits.points), name=path.name)
+    points, said = las_points(path, limits.points)
+    cloud = Cloud.of(points, name=path.name)
+    return replace(cloud, warnings=(*said, *cloud.warnings))
 
 
 def _read_text(path: Path, limits: CloudLimits) -> Cloud:

@@ -29,16 +29,22 @@ RECORD_AT, RECORD = 105, "<HI"  # bytes of a point, how many points (before 1.4)
 EXTENDED_AT, EXTENDED = 235, "<QIQ"  # from 1.4 on: where EVLRs begin, how many, how many points
 LEAST_HEADER = {3: 235, 4: 375}
 HEADER_BYTES, MOST_HEADER_BYTES = 227, 375
+# Tables 9 and 17: low point and high noise. The second is reserved in formats 0 to 5, but written.
+NOISE_CLASSES = (7, 18)
+# Marks of points: what is no POINT is left out.
+POINT, NOISE, WITHHELD = 0, 1, 2
 # Sections 2.5 and 2.7: what a variable length record begins with.
 VLR_BYTES, EVLR_BYTES = 54, 60
 # Points are read so many bytes at a time: a header may claim any number of them, of any size.
-CHUNK_BYTES, PLACE_BYTES = 32 << 20, 24
+CHUNK_BYTES, ROW_BYTES = 32 << 20, 32
 
 
-def las_points(path: Path, most: int) -> FloatArray:
-    """The points (n, 3) of a LAS or LAZ file, in its own frame.
+def las_points(path: Path, most: int) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the points (n, 3) of a LAS or LAZ file, in its own frame, and a warning of others.
 
-    Raises InputError where laspy is missing, for more than `most` points, and for damage.
+    Points that the file classifies as noise, or says are withheld, are left out; synthetic points
+    and key points are points. Raises InputError where laspy is missing, for more than `most`
+    points, for damage, and where nothing else is left.
     """
     if find_spec("laspy") is None:  # an extra: surveys need it, nothing else does
         raise missing_extra(f"{path.name}: LAS files", "laspy", "las")
@@ -46,30 +52,47 @@ def las_points(path: Path, most: int) -> FloatArray:
     if is_compressed:
         if find_spec("lazrs") is None:
             raise missing_extra(f"{path.name}: LAZ files", "lazrs", "las")
-        points = _read_compressed(path)
+        rows = _read_compressed(path)
     else:
         try:
-            points = np.concatenate([np.zeros((0, 3)), *read_las_chunks(path)])
+            rows = np.concatenate([np.zeros((0, 4)), *read_las_chunks(path)])
         except (OSError, MemoryError):
             raise
         except Exception as exc:  # readers raise any kind of error on a damaged file
             raise _is_damaged(path, describe_fault(exc)) from exc
-    if len(points) < count:
-        raise InputError(f"{path.name}: has {len(points)} of {count} points; it is truncated")
-    return points
+    if len(rows) < count:
+        raise InputError(f"{path.name}: has {len(rows)} of {count} points; it is truncated")
+    points, marks = rows[:, :3], rows[:, 3]
+    kept = marks == POINT
+    if len(points) and not kept.any():
+        raise InputError(
+            f"{path.name}: all of its {len(points)} points are marked as noise or withheld; "
+            "export it without these marks"
+        )
+    return points[kept], tuple(
+        f"{int((marks == mark).sum())} of {len(points)} points left out: {what}"
+        for mark, what in ((NOISE, "classified as noise"), (WITHHELD, "marked as withheld"))
+        if (marks == mark).any()
+    )
 
 
 def read_las_chunks(path: Path) -> Iterator[FloatArray]:
-    """Yield the points (k, 3) of a LAS or LAZ file, as many at a time as take 32 MB."""
+    """Yield the points of a LAS or LAZ file, as many at a time as take 32 MB.
+
+    Rows (k, 4) of x, y, z and a mark: POINT, NOISE or WITHHELD.
+    """
     laspy: Any = import_module("laspy")
     # names in a header may be in any encoding
     options = {"laz_backend": laspy.LazBackend.Lazrs, "encoding_errors": "replace"}
     with laspy.open(path, **options) as file:
-        several = max(1, CHUNK_BYTES // max(file.header.point_format.size, PLACE_BYTES))
+        several = max(1, CHUNK_BYTES // max(file.header.point_format.size, ROW_BYTES))
         for chunk in file.chunk_iterator(several):
             with np.errstate(all="ignore"):  # what is not finite is left out later
-                xyz = np.column_stack([chunk.x, chunk.y, chunk.z])
-            yield np.asarray(xyz, dtype=np.float64)
+                noise = np.isin(np.asarray(chunk.classification), NOISE_CLASSES)
+                withheld = np.asarray(chunk.withheld).astype(bool)
+                marks = np.where(noise, NOISE, np.where(withheld, WITHHELD, POINT))
+                rows = np.column_stack([chunk.x, chunk.y, chunk.z, marks])
+            yield np.asarray(rows, dtype=np.float64)
 
 
 def _read_compressed(path: Path) -> FloatArray:
@@ -98,7 +121,7 @@ def _read_compressed(path: Path) -> FloatArray:
     if code:
         died = code < 0 or not lines
         raise _is_damaged(path, "its compressed points end the reader" if died else lines[-1])
-    return np.frombuffer(data, dtype=np.float64).reshape(-1, 3)
+    return np.frombuffer(data, dtype=np.float64).reshape(-1, 4)
 
 
 def describe_fault(exc: BaseException) -> str:

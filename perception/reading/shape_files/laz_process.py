@@ -1,4 +1,4 @@
-"""The process that reads a LAZ: `python -m …laz_process FILE` writes rows of 64-bit x, y, z.
+"""The process that reads a LAZ: `python -m …laz_process FILE` writes rows of 64-bit x, y, z, mark.
 
 The decompressor (lazrs) panics, aborts, and makes room for whatever a damaged chunk table claims.
 Here that ends nothing else, and memory and time are limited.
@@ -25,8 +25,8 @@ def main(path: Path) -> None:
     )
 
     try:
-        for points in read_las_chunks(path):
-            sys.stdout.buffer.write(points.tobytes())
+        for rows in read_las_chunks(path):
+            sys.stdout.buffer.write(rows.tobytes())
         sys.stdout.flush()
     except BaseException as exc:  # a panic is no Exception
         sys.stderr.write("\n" + describe_fault(exc))

@@ -39,6 +39,14 @@ HALF_LENGTH, HALF_LOSS = 1.349, 1.35
 # Noise near a node is the median over its links, good to 10 %: so many times that of the cloud is
 # more than chance.
 CLEARLY_NOISIER = 1.5
+# A plane that is so many times thicker than the noise may be two layers, if there are next to none
+# between them: against the lesser, over the rms distance of all at least, in bins of a share of it.
+LAYER_SDS = 3.0
+LAYER_VALLEY = 0.25
+LAYER_BIN = 0.2
+# Two planes are one if all their points are off it by no more than this times what they are off
+# their own: the two halves of a face that is bent by half its noise are.
+SAME_PLANE = 1.1
 # Rounds of assigning points and fitting again; the second moves planes by less than their sd.
 ROUNDS = 2
 # A plane is kept with so many points, twice the least neighbourhood: between two pieces of a curve
@@ -145,6 +153,7 @@ def cloud_planes(points: FloatArray) -> CloudPlanes:
             break
         near = neighbourhoods(points[left], size=size, noise=first.noise)
         closest = k_nearest(near.tree, points[left], OFFERS)[1]
+    owner = _joined(points, owner, first)
     return _numbered(points, centre, owner, first, nearest[:, 0])
 
 
@@ -164,7 +173,136 @@ def _one_pass(
         noise = _noise_at_nodes(points, near, labels, planes)
         owner = _dealt(points, nearest, labels, planes, noise)
         owner[rim] = _dealt(points[rim], rim_nearest, labels, planes, noise)
-    return owner, (labels[nearest] == CURVED).any(axis=1)
+    return _split_layers(points, owner, near.noise), (labels[nearest] == CURVED).any(axis=1)
+
+
+def _split_layers(points: FloatArray, owner: NDArray[np.intp], noise: float) -> NDArray[np.intp]:
+    """Return the owners (n,) with a plane through both sides of a board as two.
+
+    Where neighbourhoods are wider than a board is thick, its sides are one thick plane. Points
+    between the layers, of the board's rim, are of neither.
+    """
+    owner = owner.copy()
+    todo = list(range(int(owner.max(initial=-1)) + 1))
+    count = len(todo)
+    while todo:
+        label = todo.pop()
+        rows = np.flatnonzero(owner == label)
+        if len(rows) < 2 * LEAST_MEMBERS:
+            continue
+        plane, rms = least_squares_plane(points[rows])
+        if rms < LAYER_SDS * noise:
+            continue
+        height = plane.distance(points[rows])
+        bounds = _valley(height, rms)
+        if bounds is None:
+            continue
+        above, below = (
+            _of_one_layer(points, part, noise)
+            for part in (rows[height >= bounds[1]], rows[height <= bounds[0]])
+        )
+        if min(len(above), len(below)) < LEAST_MEMBERS:
+            continue
+        owner[rows] = -1
+        owner[above], owner[below] = label, count
+        todo += [label, count]
+        count += 1
+    return owner
+
+
+def _of_one_layer(points: FloatArray, rows: NDArray[np.intp], noise: float) -> NDArray[np.intp]:
+    """Return the rows without those of a rim that ends at the layer."""
+    for _ in range(ROUNDS):
+        if len(rows) < LEAST_MEMBERS:
+            return rows
+        height = least_squares_plane(points[rows])[0].distance(points[rows])
+        sd = max(_half_sample_sd(height[None])[0], noise)
+        rows = rows[np.abs(height - np.median(height)) <= GATE_SDS * sd]
+    return rows
+
+
+def _half_sample_sd(values: FloatArray) -> FloatArray:
+    """Return the sd (m,) of each row of values (m, k) by the shortest half of it.
+
+    What is of another face has no say. P. J. Rousseeuw, A. M. Leroy, "A robust scale estimator
+    based on the shortest half", 1988.
+    """
+    ordered = np.sort(values, axis=1)
+    count = ordered.shape[1]
+    half = count // 2
+    lengths = (ordered[:, half:] - ordered[:, : count - half]).min(axis=1)
+    sds: FloatArray = lengths / (HALF_LENGTH - HALF_LOSS / np.sqrt(count))
+    return sds
+
+
+def _joined(points: FloatArray, owner: NDArray[np.intp], near: Neighbourhoods) -> NDArray[np.intp]:
+    """Return the owners (n,) with planes that touch and that one plane fits as well as one."""
+    count = int(owner.max(initial=-1)) + 1
+    first = np.repeat(owner[near.nodes], near.size)
+    second = owner[near.neighbours].ravel()
+    touch = (first >= 0) & (second >= 0) & (first != second)
+    pairs = np.sort(np.column_stack([first[touch], second[touch]]), axis=1)
+    pairs = np.unique(pairs, axis=0)
+    sums = [_Moments.of(points[rows]) for rows in _members(owner, count)]
+    name = np.arange(count)
+    while len(pairs):
+        joint = None
+        for one, two in pairs.tolist():
+            joint = sums[one] + sums[two]
+            apart = sums[one].square + sums[two].square
+            least = max(apart, joint.count * near.noise**2)
+            if joint.square <= SAME_PLANE**2 * least:
+                break
+        else:
+            break
+        sums[one] = joint
+        name[name == two] = one
+        pairs = np.where(pairs == two, one, pairs)
+        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+    return np.append(name, -1)[owner]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Moments:
+    """Count, sum (3,) and sum of outer products (3, 3) of points."""
+
+    count: int
+    total: FloatArray
+    outer: FloatArray
+
+    @classmethod
+    def of(cls, points: FloatArray) -> "_Moments":
+        return cls(len(points), points.sum(axis=0), points.T @ points)
+
+    def __add__(self, other: "_Moments") -> "_Moments":
+        return _Moments(
+            self.count + other.count, self.total + other.total, self.outer + other.outer
+        )
+
+    @property
+    def square(self) -> float:
+        """Sum of squared distances from their plane of least squares."""
+        spread = self.outer - np.outer(self.total, self.total) / max(self.count, 1)
+        return max(float(np.linalg.eigvalsh(spread)[0]), 0.0)
+
+
+def _valley(height: FloatArray, rms: float) -> tuple[float, float] | None:
+    """Return from where to where there are next to no heights (n,), amid two layers of many."""
+    step = LAYER_BIN * rms
+    low = float(height.min()) - 3.0 * step
+    counts = np.bincount(((height - low) / step).astype(np.intp), minlength=4).astype(np.float64)
+    counts = np.append(counts, [0.0] * 3)
+    peak = int(counts.argmax())
+    far = np.abs(np.arange(len(counts)) - peak) * step >= rms
+    if not (counts[far] > 0.0).any():
+        return None
+    other = int(np.where(far, counts, -1.0).argmax())
+    first, last = sorted((peak, other))
+    empty = counts[first : last + 1] <= LAYER_VALLEY * counts[other]
+    if empty.sum() * step < rms:
+        return None
+    inside = np.flatnonzero(empty) + first
+    return low + step * float(inside[0]), low + step * float(inside[-1] + 1)
 
 
 def _noise_at_nodes(
@@ -173,16 +311,12 @@ def _noise_at_nodes(
     """Return the sd of points off a node's plane near it, (m,), where it is clearly more than the
     cloud's noise; else 0.
 
-    Of each neighbourhood the shortest half counts: another face beside it has no say. P. J.
-    Rousseeuw, A. M. Leroy, "A robust scale estimator based on the shortest half", 1988.
+    Of each neighbourhood the shortest half counts: another face beside it has no say.
     """
     noise = np.full(len(near.nodes), np.nan)
-    half = near.size // 2
-    length = HALF_LENGTH - HALF_LOSS / np.sqrt(near.size)
     for label, plane in enumerate(planes):
         own = np.flatnonzero(labels[:-1] == label)
-        height = np.sort(points[near.neighbours[own]] @ plane[:3], axis=1)
-        noise[own] = (height[:, half:] - height[:, : near.size - half]).min(axis=1) / length
+        noise[own] = _half_sample_sd(points[near.neighbours[own]] @ plane[:3])
     linked = np.where(labels[near.links] == labels[:-1, None], noise[near.links], np.nan)
     linked = np.sort(np.column_stack([noise, linked]), axis=1)  # what is not known comes last
     known = np.isfinite(linked).sum(axis=1)

@@ -73,14 +73,19 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     owner = np.full(len(cloud.points), -1)
     for number, outline in enumerate(outlines):
         owner[outline.members] = number
-    looked = _some_rows(len(cloud.points))
-    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    looked, stretch = _some_rows(np.arange(len(cloud.points)))
     spacing = float(np.median(found.spacing)) * stretch
     planes = [found.planes[outline.region].plane for outline in outlines]
     if up is not None and cloud.world_axes is not None:
         up = _up_of_points(up, cloud, outlines, planes)
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
     around = () if level is None or level.floor is None else (level.floor, *level.around)
+    on_things = ~np.isin(owner, around)
+    if around and on_things.any():
+        # a large floor leaves few points of the things
+        things, stretch = _some_rows(np.flatnonzero(on_things))
+        looked = np.sort(np.concatenate([things, looked[~on_things[looked]]]))
+        spacing = float(np.median(found.spacing[things])) * stretch
     bodies = np.full(len(cloud.points), -1)
     bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=around)
     body_of = [
@@ -100,26 +105,22 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     if view.seen_from is not None:
         about = replace(about, seen_from=view.seen_from[looked], partly=view.partly)
     about, round_sensor = _seen_from_outside(about, direction)
-    sides = outer_sides(planes, body_of, about, around=floor, up=direction)
+    sides = outer_sides(planes, body_of, about, around=around, up=direction)
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
         view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
-    signs = sides.signs.tolist()
-    for number in around:
-        # the floor and the walls look towards what they are round
-        signs[number] = 1 if float(np.mean(planes[number].distance(about.points))) > 0.0 else -1
-    regions = _regions(outlines, planes, signs, body_of)
-    whole = not around and not round_sensor
+    regions = _regions(outlines, planes, sides.signs.tolist(), body_of)
+    whole = not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
-        levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
+        levels, on_levels = _levels(cloud, found, about, looked, stretch, regions, direction)
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     if sides.wrong_normals and cloud.normals is not None:
         believed = ~np.isin(bodies, sides.wrong_normals)
         cloud = replace(cloud, normals=cloud.normals * believed[:, None])
-    rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
+    rest = _rest(cloud, found, regions, owner, looked, bodies, stretch)
     said = (*said, *((SENSOR_WITHIN,) if round_sensor else _refusals(view)))
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said), view.seen_from)
 
@@ -196,11 +197,12 @@ def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing
     )
 
 
-def _some_rows(count: int) -> NDArray[np.intp]:
-    """Rows of all points, or of 20,000 of them at random."""
-    if count <= MOST_LOOKED_AT:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(0).permutation(count)[:MOST_LOOKED_AT])
+def _some_rows(rows: NDArray[np.intp]) -> tuple[NDArray[np.intp], float]:
+    """Return the rows, or 20,000 of them at random, and how much further apart these are."""
+    if len(rows) <= MOST_LOOKED_AT:
+        return rows, 1.0
+    some = np.random.default_rng(0).permutation(len(rows))[:MOST_LOOKED_AT]
+    return rows[np.sort(some)], float(np.sqrt(len(rows) / MOST_LOOKED_AT))
 
 
 def _up(
@@ -257,6 +259,7 @@ def _levels(
     found: CloudPlanes,
     about: Surroundings,
     looked: NDArray[np.intp],
+    stretch: float,
     regions: tuple[FlatRegion, ...],
     up: FloatArray,
 ) -> tuple[tuple[FlatRegion, ...], NDArray[np.intp]]:
@@ -275,7 +278,6 @@ def _levels(
             sheets.append(CloudPlane(plane if sign > 0.0 else plane.flipped(), rows, rms))
             body_of.append(body)
     # these points alone are as far apart as those that were looked at
-    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     count = len(found.planes)
     both = replace(
         found, planes=(*found.planes, *sheets), spacing=np.asarray(found.spacing * stretch)
@@ -302,20 +304,20 @@ def _rest(
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
     bodies: NDArray[np.intp],
-    spacing: float,
+    stretch: float,
 ) -> Rest:
     """Points of no region that are of an object's surface, with the area that each stands for.
 
     Those that a face's noise explains may still close a gap between faces, but stand for no area.
     """
     unowned = (owner[looked] < 0) & (bodies[looked] >= 0)
-    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing)
+    spacing = float(np.median(found.spacing))
+    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing * stretch)
     free = looked[unowned & ~scatter]
-    areas = found.spacing[free] ** 2 * (len(cloud.points) / len(looked))
+    areas = (found.spacing[free] * stretch) ** 2
     if len(free) > MOST_REST:
         kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])
         free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
-    spacing = float(np.median(found.spacing))
     off = off_faces(cloud.points[free], bodies[free], regions, noise=found.noise, spacing=spacing)
     areas[~off] = 0.0  # noise of faces, whose area counts already
     normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]

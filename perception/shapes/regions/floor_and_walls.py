@@ -3,7 +3,7 @@
 A floor has everything else on one side. What stands on it is judged object by object: a point that
 lies alone, or the noise of a surface, is none. A room has walls that rise from the floor's rim,
 with everything on one side of them, too. A carton is that as well, with no more than a difference
-in size: what makes a room is a thing with faces that stands in it, clear of most of its floor.
+in size: what makes a room is a thing that stands in it, clear of most of its floor.
 """
 
 from collections.abc import Iterator, Sequence
@@ -50,6 +50,8 @@ UPRIGHT = float(np.sin(np.deg2rad(20.0)))
 # A thing stands on the floor if its lowest point is within this share of its height from it; so far
 # from the floor, and from its rim, against the floor's width, begins a wall.
 GAP_SHARE = 0.1
+# What makes a room has a flat face, or this share of the points, with too few for a face.
+LEAST_THING = 0.01
 # A wall or a ceiling is so large against the floor at least.
 LEAST_WALL = 0.1
 
@@ -203,8 +205,9 @@ def _floor(
     if width < LEAST_WIDTH * float(over[:, 2].max()):
         return None
     if walls:
-        faced = np.unique(bodies[surface.owner[rows] >= 0])
-        if not any(_stands(things[k]) for k in faced):
+        faced = set(bodies[surface.owner[rows] >= 0].tolist())
+        least = LEAST_THING * len(points)
+        if not any(_stands(t) for k, t in enumerate(things) if k in faced or len(t) >= least):
             return None
     if up is None and not surely_stand(things, surface.spacing):
         return None

@@ -38,9 +38,34 @@ def test_without_laspy_the_extra_is_named(tmp_path: Path) -> None:
 def test_points_come_back_as_they_were_written(tmp_path: Path, name: str, version: str) -> None:
     path = tmp_path / name
     las(path, version)
-    np.testing.assert_allclose(las_points(path, 100), POINTS, atol=1e-4)
+    np.testing.assert_allclose(las_points(path, 100)[0], POINTS, atol=1e-4)
     with pytest.raises(InputError, match=r"has 40 points, more than 39; thin"):
         las_points(path, 39)
+
+
+@needs_laspy
+@pytest.mark.parametrize("version", ["1.2", "1.4"])
+def test_noise_and_withheld_points_are_left_out_and_counted(tmp_path: Path, version: str) -> None:
+    path = tmp_path / "a.las"
+    las(path, version)
+    laspy = import_module("laspy")
+    made = laspy.read(path)
+    classes = np.full(40, 2)
+    classes[:3], classes[3] = 7, 18
+    made.classification = classes
+    made.withheld = (np.arange(40) == 5).astype(np.uint8)
+    made.synthetic = made.key_point = np.ones(40, dtype=np.uint8)
+    made.write(path)
+    points, said = las_points(path, 100)
+    np.testing.assert_allclose(points, np.delete(POINTS, [0, 1, 2, 3, 5], axis=0), atol=1e-4)
+    assert said == (
+        "4 of 40 points left out: classified as noise",
+        "1 of 40 points left out: marked as withheld",
+    )
+    made.withheld = np.ones(40, dtype=np.uint8)
+    made.write(path)
+    with pytest.raises(InputError, match="all of its 40 points are marked"):
+        las_points(path, 100)
 
 
 @needs_laspy
@@ -108,7 +133,9 @@ def test_damaged_laz_ends_nothing_but_its_own_process(tmp_path: Path) -> None:
 def test_compressed_points_named_las_are_read(tmp_path: Path) -> None:
     path = tmp_path / "a.laz"
     las(path)
-    np.testing.assert_allclose(las_points(path.rename(tmp_path / "a.las"), 100), POINTS, atol=1e-4)
+    np.testing.assert_allclose(
+        las_points(path.rename(tmp_path / "a.las"), 100)[0], POINTS, atol=1e-4
+    )
 
 
 @needs_laspy
@@ -118,4 +145,4 @@ def test_names_in_the_header_may_be_in_any_encoding(tmp_path: Path, name: str) -
     data = bytearray(las(path))
     data[26:29] = b"M\xfcn"  # the system identifier, in Latin-1
     path.write_bytes(data)
-    np.testing.assert_allclose(las_points(path, 100), POINTS, atol=1e-4)
+    np.testing.assert_allclose(las_points(path, 100)[0], POINTS, atol=1e-4)

@@ -129,11 +129,113 @@ def test_up_is_found_from_the_floor_and_boxes_on_it_are_two_objects() -> None:
     assert float(scene.up @ up) > 0.9999
     assert any("up was found from the plane" in said for said in scene.warnings)
     assert sorted(len(body.faces) for body in scene.bodies) == [5, 5]
-    assert not any(body.whole for body in scene.bodies)
+    assert all(body.whole for body in scene.bodies)  # seen all round, but from below
     floor = set(range(len(scene.faces))) - {i for body in scene.bodies for i in body.faces}
     assert len(floor) == 1
     assert float(scene.faces[floor.pop()].plane.normal @ up) > 0.999
     scene_facts(scene)
+
+
+def box_on_a_floor(
+    noise: float | FloatArray = 0.001, seed: int = 0, count: int = 12_000
+) -> FloatArray:
+    """A box of 40 × 30 × 25 cm amid a floor of 2 m, its noise that of all points or of each."""
+    rng = np.random.default_rng(seed)
+    floor = rectangle(rng, round(0.895 * count), np.array([-1.0, -1.0, 0.0]), 2.0 * X, 2.0 * Y)
+    sides = ("-x", "+x", "-y", "+y", "+z")
+    box = box_points((0.4, 0.3, 0.25), count - len(floor), seed=seed, sides=sides)
+    points = np.vstack([floor, box - [0.2, 0.15, 0.0]])
+    return points + rng.normal(size=points.shape) * noise
+
+
+def strays(count: int, place: str) -> FloatArray:
+    low, high = {
+        "above": ([-2.0, -2.0, 0.5], [2.0, 2.0, 2.5]),
+        "below": ([-1.0, -1.0, -3.0], [1.0, 1.0, -0.05]),
+        "near": ([-0.8, -0.8, 0.0], [0.8, 0.8, 0.6]),
+        "far": ([-100.0, -100.0, -100.0], [100.0, 100.0, 100.0]),
+    }[place]
+    return np.random.default_rng(count).uniform(low, high, (count, 3))
+
+
+def checked_box(scene: Scene) -> None:
+    """The floor is no thing's, and the one thing with faces is the box."""
+    (body,) = (body for body in scene.bodies if body.faces)
+    assert len(body.faces) == 5
+    corners = scene.points[[i for face in body.faces for i in scene.faces[face].outline]]
+    np.testing.assert_allclose(np.ptp(corners, axis=0), [0.4, 0.3, 0.25], atol=0.02)
+    assert len(scene.faces) > 5
+
+
+@pytest.mark.parametrize("place", ["above", "below", "near", "far"])
+@pytest.mark.parametrize("count", [1, 10, 100])
+def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
+    points = np.vstack([box_on_a_floor(), strays(count, place)])
+    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    checked_box(scene)
+    if place == "far":
+        assert scene.warnings == (
+            f"{count} of {len(points)} points left out: they lie alone, far from any surface",
+        )
+
+
+@pytest.mark.parametrize("step", [0.001, 0.005, 0.01])
+def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
+    points = np.rint(box_on_a_floor() / step) * step
+    checked_box(scene_of_cloud(Cloud.of(points), up=Z))
+
+
+def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:
+    still = box_on_a_floor(0.0)
+    far = np.linalg.norm(still - [-2.0, 0.0, 1.2], axis=1)
+    patch = np.linalg.norm(still[:, :2] - [0.5, 0.5], axis=1) < 0.4
+    for noise in (0.001 * far**2, np.where(patch, 0.012, 0.001)):
+        points = box_on_a_floor(noise[:, None])
+        checked_box(scene_of_cloud(Cloud.of(points), up=Z))
+
+
+@pytest.mark.parametrize("apart", [0.5, 0.8])
+def test_boxes_near_a_floors_corners_stand_on_it(apart: float) -> None:
+    rng = np.random.default_rng(0)
+    floor = rectangle(rng, 15_000, np.array([-1.2, -1.2, 0.0]), 2.4 * X, 2.4 * Y)
+    boxes = [
+        box_points((0.4, 0.3, 0.25), 1200, seed=k, sides=("-x", "+x", "-y", "+y", "+z"))
+        + np.array([x * apart - 0.2, y * apart - 0.15, 0.0])
+        for k, (x, y) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1)))
+    ]
+    points = np.vstack([floor, *boxes])
+    scene = scene_of_cloud(Cloud.of(points + rng.normal(0.0, 0.001, points.shape)), up=Z)
+    assert [len(body.faces) for body in scene.bodies] == [5, 5, 5, 5]
+
+
+@pytest.mark.parametrize("walls", [2, 4, 5])
+def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
+    rng = np.random.default_rng(0)
+    low, high = np.array([-1.5, -1.5, 0.0]), np.array([1.5, 1.5, 0.0])
+    sheets = [
+        (low, 3.0 * X, 3.0 * Y),
+        (low, 3.0 * X, 2.0 * Z),
+        (low, 3.0 * Y, 2.0 * Z),
+        (high, -3.0 * X, 2.0 * Z),
+        (high, -3.0 * Y, 2.0 * Z),
+        (low + 2.0 * Z, 3.0 * X, 3.0 * Y),
+    ]
+    room = [rectangle(rng, 5000, *sheet) for sheet in sheets[: walls + 1]]
+    box = box_points((0.8, 0.6, 0.5), 2000, sides=("-x", "+x", "-y", "+y", "+z"))
+    points = np.vstack([*room, box])
+    points += rng.normal(0.0, 0.002, points.shape)
+    scene = scene_of_cloud(Cloud.of(turned(points, 5)), up=turned(Z[None], 5)[0])
+    assert [len(body.faces) for body in scene.bodies] == [5]
+    around = set(range(len(scene.faces))) - set(scene.bodies[0].faces)
+    assert len(around) == walls + 1
+    middle = turned(np.array([[0.0, 0.0, 1.0]]), 5)[0]
+    assert all(float(scene.faces[i].plane.distance(middle)) > 0.0 for i in around)
+
+
+def test_an_empty_shell_is_a_thing() -> None:
+    points = box_points((3.0, 3.0, 2.0), 12_000, noise=0.002)
+    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    assert [len(body.faces) for body in scene.bodies] == [6]
 
 
 def test_up_is_not_known_where_nothing_is_a_floor() -> None:
