@@ -39,7 +39,9 @@ BUILDERS = (
     sys.executable,
     "-c",
     "from facetlog.grammar.language_server import run\n"
-    "run({'table': ('width', 'length', 'height'), 'cuboid': ('width',)})",
+    "from facetlog.grammar.units import Dimension; "
+    "sizes = lambda *names: dict.fromkeys(names, Dimension.LENGTH); "
+    "run({'table': sizes('width', 'length', 'height'), 'cuboid': sizes('width')})",
 )
 
 

@@ -14,6 +14,7 @@ from facetlog.grammar.language_server.project import Project
 from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
 from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.source import Source, Span
+from facetlog.grammar.units import Dimension
 from tests.grammar.editor import Editor, RequestRefused
 
 URI = "file:///nowhere/m.model"
@@ -111,7 +112,7 @@ def test_calls_are_explained_while_they_are_written(line: str, label: str, activ
     text = MODEL.replace("  tilt(top) at most 5 degs", line)
     project, path = _project(text)
     offset = text.index(line) + len(line)
-    builders = {"cuboid": ("width", "depth")}
+    builders = {"cuboid": dict.fromkeys(("width", "depth"), Dimension.LENGTH)}
     found = signature_help(project.analysis(path), text, offset, builders)
     assert found is not None
     assert (found.signatures[0].label, found.active_parameter) == (label, active)
