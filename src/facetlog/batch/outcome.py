@@ -33,6 +33,8 @@ class Outcome:
     models: Counter[str] = field(default_factory=Counter)
     profile: Profile | None = None
     errors: list[tuple[str, str]] = field(default_factory=list)
+    warnings: list[tuple[str, str]] = field(default_factory=list)
+    """The warnings of scenes, a line each."""
 
     def noting(self, rows: Iterable[Row]) -> Iterator[Row]:
         """The same rows, each counted as it goes by."""
@@ -42,6 +44,7 @@ class Outcome:
                 self.errors.append((row["path"], row["error"]))
             else:
                 self.models[self._answer(row)] += 1
+                self.warnings += ((row["path"], line) for line in row["warnings"])
             if self.confusion is not None:
                 self.confusion.add(row)
             if self.comparison is not None:

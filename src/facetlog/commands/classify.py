@@ -28,6 +28,7 @@ __all__ = ["classify_command"]
 AUTO, NONE = "auto", "none"
 
 ERRORS_NAMED = 5
+WITH_ERRORS = ("more scene has an error", "more scenes have errors")
 """Scenes with errors that are named on stderr; the table has them all."""
 
 
@@ -363,7 +364,7 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
     except KeyboardInterrupt:
         note(f"stopped: no page is in {folder}; with a table, --resume makes them from it")
         raise
-    _warn_of([(path, f"no page: {error}") for path, error in missing.items()])
+    _warn_of([(path, f"no page: {error}") for path, error in missing.items()], *WITH_ERRORS)
     note(f"pages of all scenes are listed in {folder / INDEX}")
 
 
@@ -379,7 +380,8 @@ def _row_text(row: "Row") -> str:
 
 def _tell(outcome: "Outcome", *, as_json: bool) -> None:
     """Counts on stdout, errors on stderr."""
-    _warn_of(outcome.errors)
+    _warn_of(outcome.errors, *WITH_ERRORS)
+    _warn_of(outcome.warnings, "more warning of a scene", "more warnings of scenes")
     note(outcome.summary)
     for line in () if outcome.profile is None else outcome.profile.lines():
         typer.echo(printable(line), err=True)
@@ -390,10 +392,10 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
             typer.echo(printable(line))
 
 
-def _warn_of(errors: "Sequence[tuple[str, str]]") -> None:
-    """Names the first scenes with errors, and says how many more there are."""
-    for path, error in errors[:ERRORS_NAMED]:
-        warn(error if error.startswith(path) else f"{path}: {error}")
-    more = len(errors) - ERRORS_NAMED
+def _warn_of(lines: "Sequence[tuple[str, str]]", one: str, several: str) -> None:
+    """Name the first scenes with their lines, and say how many more there are."""
+    for path, line in lines[:ERRORS_NAMED]:
+        warn(line if line.startswith(path) else f"{path}: {line}")
+    more = len(lines) - ERRORS_NAMED
     if more > 0:
-        warn(many(more, "more scene has an error", "more scenes have errors"))
+        warn(many(more, one, several))
