@@ -93,15 +93,17 @@ def triangulate(polygons: Any) -> FloatArray:
 
 
 def _overlay(operation: Callable[..., Any], *sets: Any, grid_size: float | None = None) -> Any:
-    try:
-        return operation(*sets, grid_size=grid_size)
-    except GEOSException as exc:
-        _LOG.debug("%s of polygons made valid: %s", operation.__name__, exc)
-    sets = tuple(make_valid(each) for each in sets)
-    try:
-        return operation(*sets, grid_size=grid_size)
-    except GEOSException as exc:
-        _LOG.debug("%s of rounded polygons: %s", operation.__name__, exc)
-    bounds = np.concatenate([np.reshape(shapely.bounds(each), (-1, 4)) for each in sets])
-    grid = max(GRID_SHARE * float(np.nanmax(np.abs(bounds), initial=0.0)), grid_size or 0.0)
-    return operation(*(shapely.set_precision(each, grid) for each in sets), grid_size=grid)
+    # numbers too small to multiply end in floating-point flags within GEOS, not in what it finds
+    with np.errstate(all="ignore"):
+        try:
+            return operation(*sets, grid_size=grid_size)
+        except GEOSException as exc:
+            _LOG.debug("%s of polygons made valid: %s", operation.__name__, exc)
+        sets = tuple(make_valid(each) for each in sets)
+        try:
+            return operation(*sets, grid_size=grid_size)
+        except GEOSException as exc:
+            _LOG.debug("%s of rounded polygons: %s", operation.__name__, exc)
+        bounds = np.concatenate([np.reshape(shapely.bounds(each), (-1, 4)) for each in sets])
+        grid = max(GRID_SHARE * float(np.nanmax(np.abs(bounds), initial=0.0)), grid_size or 0.0)
+        return operation(*(shapely.set_precision(each, grid) for each in sets), grid_size=grid)

@@ -73,7 +73,7 @@ def test_a_mesh_is_a_scene(tmp_path: Path, name: str) -> None:
 def test_a_damaged_mesh_is_told_as_one(tmp_path: Path) -> None:
     path = tmp_path / "odd.stl"
     path.write_bytes(b"x")
-    with pytest.raises(InputError, match=r"odd\.stl: is shorter than an STL header"):
+    with pytest.raises(InputError, match=r"odd\.stl: is no STL"):
         next(scene_file(path).facts())
 
 

@@ -137,11 +137,8 @@ def _view(
     """Return from where the cloud was seen, as its faces allow."""
     if cloud.seen_from is None and cloud.sensor_places is None:
         return View(None)
-    spacing = float(np.median(found.spacing))
-    sheets = find_sheets(
-        outlines, planes, count=len(cloud.points), noise=found.noise, spacing=spacing
-    )
-    test = SightTest(sheets, found.noise, spacing, level)
+    sheets = find_sheets(outlines, planes, noise=found.noise, spacing=found.spacing)
+    test = SightTest(sheets, found.noise, float(np.median(found.spacing)), level)
     return find_view(cloud, looked, bodies[looked], test)
 
 

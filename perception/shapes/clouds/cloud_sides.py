@@ -25,7 +25,7 @@ AGREEMENT = 0.3
 # A face was seen from a place if this share of its points was, and is not hidden from there.
 SEEN_SHARE = 0.9
 # Seen from its edge, to within so many spacings and the noise, either side may have been seen.
-EDGE_ON_SPACINGS = 2.0
+EDGE_ON_SPACINGS = 3.0
 # Of the thing's other points this share is behind a face at least; otherwise both sides are alike.
 BEHIND_SHARE = 0.6
 

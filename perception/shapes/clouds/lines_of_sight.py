@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
@@ -53,19 +54,21 @@ def find_sheets(
     outlines: Sequence[Outline],
     planes: Sequence[Plane],
     *,
-    count: int,
     noise: float,
-    spacing: float,
+    spacing: FloatArray,
 ) -> tuple[Sheet, ...]:
-    """Return the faces of a cloud of `count` points, less their rims; `planes` of each outline."""
+    """Return the faces of a cloud, less their rims; `planes` of each outline, `spacing` (n,) of
+    each point.
+    """
     sheets = []
     for outline, plane in zip(outlines, planes, strict=True):
         axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
         loops = [loop @ axes.T for loop in (outline.outline, *outline.holes)]
-        polygon = shapely.make_valid(shapely.Polygon(loops[0], loops[1:]))
-        covered = polygon.buffer(-(RIM_SPACINGS * spacing + OFF_PLANE_SDS * noise))
+        polygon = make_polygon(loops[0], loops[1:])
+        apart = float(np.median(spacing[outline.members]))
+        covered = polygon.buffer(-(RIM_SPACINGS * apart + OFF_PLANE_SDS * noise))
         shapely.prepare(covered)
-        sheets.append(Sheet(plane, axes, covered, len(outline.members) / count))
+        sheets.append(Sheet(plane, axes, covered, len(outline.members) / len(spacing)))
     return tuple(sheets)
 
 

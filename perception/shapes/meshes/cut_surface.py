@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, joined
+from facetlog.perception.polygons import triangulate
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuilt
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane
 from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
@@ -93,9 +94,8 @@ def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
     area = enclosed_area(np.array([line.coords for line in noded]))
     if area is None or area.is_empty:
         return np.zeros((0, 3), dtype=np.int64)
-    made = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
-    corners = shapely.get_coordinates(made).reshape(-1, 4, 2)[:, :3]
-    nearest = np.asarray(cKDTree(flat).query(corners.reshape(-1, 2))[1]).reshape(-1, 3)
+    corners = triangulate(area).reshape(-1, 2)
+    nearest = np.asarray(cKDTree(flat).query(corners)[1]).reshape(-1, 3)
     a, b, c = nearest.T
     triangles: Indices = names[nearest[(a != b) & (b != c) & (c != a)]].astype(np.int64)
     return triangles
