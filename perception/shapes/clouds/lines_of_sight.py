@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
@@ -62,7 +63,7 @@ def find_sheets(
     for outline, plane in zip(outlines, planes, strict=True):
         axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
         loops = [loop @ axes.T for loop in (outline.outline, *outline.holes)]
-        polygon = shapely.make_valid(shapely.Polygon(loops[0], loops[1:]))
+        polygon = make_polygon(loops[0], loops[1:])
         covered = polygon.buffer(-(RIM_SPACINGS * spacing + OFF_PLANE_SDS * noise))
         shapely.prepare(covered)
         sheets.append(Sheet(plane, axes, covered, len(outline.members) / count))

@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import find_union
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.point_bodies import (
     LEAST_POINTS,
@@ -248,7 +249,7 @@ def _covered(things: Sequence[FloatArray]) -> float:
             hulls.append(_hull(thing[:, :2]))
     if posts:
         hulls.append(_hull(np.concatenate(posts)[:, :2]))
-    return float(shapely.union_all(hulls).area)
+    return float(find_union(hulls).area)
 
 
 def _hull(plan: FloatArray) -> shapely.Geometry:
