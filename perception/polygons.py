@@ -17,6 +17,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = [
     "find_difference",
+    "find_enclosed_area",
     "find_intersection",
     "find_symmetric_difference",
     "find_union",
@@ -75,6 +76,17 @@ def find_union(shapes: Any) -> shapely.Geometry:
     return _overlay(shapely.union_all, np.asarray(shapes, dtype=np.object_))
 
 
+def find_enclosed_area(segments: FloatArray) -> shapely.Geometry | None:
+    """Return what segments (n, 2, 2) enclose; None without any, or where they cross."""
+    if not len(segments):
+        return None
+    try:
+        return shapely.build_area(shapely.multilinestrings(segments))
+    except GEOSException as exc:
+        _LOG.debug("segments that enclose nothing: %s", exc)
+        return None
+
+
 def join_triangles(triangles: FloatArray) -> shapely.Geometry:
     """Return the union of triangles (n, 3, 2) that share sides but do not overlap."""
     shapes = shapely.polygons(triangles)
@@ -92,18 +104,15 @@ def triangulate(polygons: Any) -> FloatArray:
     return corners
 
 
+# GEOS sets the flag of coordinates near the least number, whose areas are right all the same.
+@np.errstate(invalid="ignore")
 def _overlay(operation: Callable[..., Any], *sets: Any, grid_size: float | None = None) -> Any:
-    # numbers too small to multiply end in floating-point flags within GEOS, not in what it finds
-    with np.errstate(all="ignore"):
-        try:
-            return operation(*sets, grid_size=grid_size)
-        except GEOSException as exc:
-            _LOG.debug("%s of polygons made valid: %s", operation.__name__, exc)
-        sets = tuple(make_valid(each) for each in sets)
-        try:
-            return operation(*sets, grid_size=grid_size)
-        except GEOSException as exc:
-            _LOG.debug("%s of rounded polygons: %s", operation.__name__, exc)
-        bounds = np.concatenate([np.reshape(shapely.bounds(each), (-1, 4)) for each in sets])
-        grid = max(GRID_SHARE * float(np.nanmax(np.abs(bounds), initial=0.0)), grid_size or 0.0)
-        return operation(*(shapely.set_precision(each, grid) for each in sets), grid_size=grid)
+    # of polygons that are not valid some results are wrong without an exception
+    sets = tuple(make_valid(each) for each in sets)
+    try:
+        return operation(*sets, grid_size=grid_size)
+    except GEOSException as exc:
+        _LOG.debug("%s of rounded polygons: %s", operation.__name__, exc)
+    bounds = np.concatenate([np.reshape(shapely.bounds(each), (-1, 4)) for each in sets])
+    grid = max(GRID_SHARE * float(np.nanmax(np.abs(bounds), initial=0.0)), grid_size or 0.0)
+    return operation(*(shapely.set_precision(each, grid) for each in sets), grid_size=grid)

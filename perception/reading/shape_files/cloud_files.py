@@ -15,8 +15,9 @@ from facetlog.perception.reading.shape_files.coordinate_resolution import (
 )
 from facetlog.perception.reading.shape_files.las_points import las_points
 from facetlog.perception.reading.shape_files.pcd_points import read_pcd_points
-from facetlog.perception.reading.shape_files.ply_points import read_ply_points
+from facetlog.perception.reading.shape_files.ply_rows import parse_ply_header, read_ply_rows
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.point_table import NORMALS, PLACE
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES
 from facetlog.perception.reading.shape_files.text_points import points_from_text
 
@@ -80,9 +81,20 @@ def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
 
 
 def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
-    with path.open("rb") as file:
-        table = read_ply_points(file, path.name, limits.points)
-    return Cloud.of(table.points, normals=table.normals, name=path.name)
+    name = path.name
+    header = parse_ply_header(path.read_bytes(), name)
+    count = header.count("vertex")
+    if count > limits.points:
+        raise InputError(f"{name}: has {count} points, more than {limits.points}; thin the cloud")
+    rows, said = read_ply_rows(header, name)
+    if "vertex" not in rows:
+        raise InputError(f"{name}: has no vertices; export the cloud again")
+    points = rows["vertex"].stack_numbers(PLACE)
+    if points is None:
+        raise InputError(f"{name}: its points have no x, y and z; export the cloud again")
+    normals = (rows["vertex"].stack_numbers(names) for names in NORMALS)
+    cloud = Cloud.of(points, normals=next((n for n in normals if n is not None), None), name=name)
+    return replace(cloud, warnings=(*said, *cloud.warnings))
 
 
 def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:

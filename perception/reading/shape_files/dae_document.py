@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import describe_claim
 from facetlog.perception.reading.shape_files.number_text import parse_numbers
 from facetlog.perception.types import FloatArray
 
@@ -142,9 +143,8 @@ class DaeDocument:
             self.parse_integer(accessor, "count", 0),
         )
         if start + count * stride > len(values):
-            raise InputError(
-                f"{self.name}: claims {count} rows of {stride} numbers, more than it holds "
-                f"({len(values)}); it is truncated or inconsistent, export it again"
+            raise describe_claim(
+                self.name, f"{count} rows of {stride} numbers in an array of {len(values)}"
             )
         return values[start : start + count * stride].reshape(count, stride)
 

@@ -12,6 +12,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
 from facetlog.perception.reading.shape_files.dae_document import DaeDocument, parse_xml
+from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
@@ -199,10 +200,7 @@ class _Scene(DaeDocument):
             self.warnings.append(f"{primitive.tag} counts {count} and holds {held}: all are read")
 
     def _is_inconsistent(self, primitive: ElementTree.Element, what: str) -> InputError:
-        return InputError(
-            f"{self.name}: {primitive.tag} has {what}; it is truncated or inconsistent, export it "
-            "again"
-        )
+        return describe_inconsistency(self.name, f"{primitive.tag} has {what}")
 
     def _controlled(
         self, instance: ElementTree.Element, world: FloatArray
@@ -316,9 +314,10 @@ class _Scene(DaeDocument):
         flat = self.parse_numbers(block.findtext("v"), "a list of weights", np.int64)
         values = self.read_values(self.follow(inputs["WEIGHT"], "source"))[0]
         if len(sizes) != count or (sizes < 0).any() or sizes.sum() * stride != len(flat):
-            raise InputError(
-                f"{self.name}: a skin has weights for {len(sizes)} of {count} vertices, or not "
-                "those that it counts; it is inconsistent, export it again"
+            raise describe_inconsistency(
+                self.name,
+                f"a skin has weights for {len(sizes)} of {count} vertices, or not those that it "
+                "counts",
             )
         rows = flat.reshape(-1, stride)
         which = rows[:, at["WEIGHT"]]

@@ -16,7 +16,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_checks import Limits, claims_too_much
+from facetlog.perception.reading.shape_files.file_damage import describe_claim, describe_truncation
+from facetlog.perception.reading.shape_files.mesh_checks import Limits
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 from facetlog.perception.types import FloatArray
 
@@ -66,17 +67,17 @@ def is_compressed(name: str, extension: str) -> InputError:
 
 def _read_chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
     if len(data) < 20:
-        raise InputError(f"{name}: ends within its GLB header; it is truncated")
+        raise describe_truncation(name, "ends within its GLB header")
     version, total, length, chunk = struct.unpack("<4xIIII", data[:20])
     if version != 2:
         raise InputError(f"{name}: is glTF {version}.0, which is not read; convert it to glTF 2.0")
     if total > len(data) or 20 + length > len(data) or chunk != GLB_JSON:
-        raise claims_too_much(name, f"{max(total, 20 + length)} bytes")
+        raise describe_claim(name, f"{max(total, 20 + length)} bytes")
     place, binary = 20 + length, None
     while place + 8 <= total and binary is None:
         size, chunk = struct.unpack("<II", data[place : place + 8])
         if place + 8 + size > total:
-            raise claims_too_much(name, f"a chunk of {size} bytes")
+            raise describe_claim(name, f"a chunk of {size} bytes")
         if chunk == GLB_BINARY:
             binary = data[place + 8 : place + 8 + size]
         place += 8 + size
@@ -107,7 +108,7 @@ class GltfData:
             # zeros (3.6.2.1), with `sparse` all but a few
             self._zeros += count
             if self._zeros > 3 * self.limits.triangles:
-                raise claims_too_much(self.path.name, f"{count} values in 0 bytes")
+                raise describe_claim(self.path.name, f"{count} values in 0 bytes")
             raw = np.zeros((count, width))
         if "sparse" in accessor:
             self._replace_sparse(raw, accessor["sparse"], width, component)
@@ -132,7 +133,7 @@ class GltfData:
         start, element = part.get("byteOffset", 0), width * component.itemsize
         stride = view.get("byteStride", element) or element
         if count and (start < 0 or start + stride * (count - 1) + element > len(data)):
-            raise claims_too_much(self.path.name, f"{count} values in {len(data)} bytes")
+            raise describe_claim(self.path.name, f"{count} values in {len(data)} bytes")
         if count == 0:
             return np.zeros((0, width), dtype=component)
         return np.ndarray((count, width), component, data, start, (stride, component.itemsize))
@@ -147,7 +148,7 @@ class GltfData:
                 raise
             raise is_compressed(self.path.name, compressed[0]) from None
         if start < 0 or length < 0 or start + length > len(buffer):
-            raise claims_too_much(self.path.name, f"a view of {length} bytes")
+            raise describe_claim(self.path.name, f"a view of {length} bytes")
         return memoryview(buffer)[start : start + length]
 
     def _buffer(self, index: int) -> bytes:

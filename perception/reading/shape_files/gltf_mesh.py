@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.gltf_data import (
     COMPRESSED,
     GltfData,
@@ -229,15 +230,13 @@ class _Scene:
         else:
             corners = np.arange(len(points))
         if len(corners) and int(corners.max()) >= len(points):
-            raise InputError(
-                f"{self.name}: a face names vertex {corners.max()} of {len(points)}; the file is "
-                "inconsistent, export it again"
+            raise describe_inconsistency(
+                self.name, f"a face names vertex {corners.max()} of {len(points)}"
             )
         if mode == TRIANGLES:
             if len(corners) % 3:
-                raise InputError(
-                    f"{self.name}: has triangles of {len(corners)} corners, no multiple of three; "
-                    "it is truncated or inconsistent, export it again"
+                raise describe_inconsistency(
+                    self.name, f"has triangles of {len(corners)} corners, no multiple of three"
                 )
             return points, corners.reshape(-1, 3)
         return points, strip_triangles(corners) if mode == STRIP else fan_triangles(corners)

@@ -15,6 +15,11 @@ from typing import Any
 import numpy as np
 
 from facetlog.errors import InputError, missing_extra
+from facetlog.perception.reading.shape_files.file_damage import (
+    describe_claim,
+    describe_inconsistency,
+    describe_truncation,
+)
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
 
@@ -61,7 +66,7 @@ def las_points(path: Path, most: int) -> tuple[FloatArray, tuple[str, ...]]:
         except Exception as exc:  # readers raise any kind of error on a damaged file
             raise _is_damaged(path, describe_fault(exc)) from exc
     if len(rows) < count:
-        raise InputError(f"{path.name}: has {len(rows)} of {count} points; it is truncated")
+        raise describe_truncation(path.name, f"has {len(rows)} of {count} points")
     points, marks = rows[:, :3], rows[:, 3]
     kept = marks == POINT
     if len(points) and not kept.any():
@@ -150,29 +155,22 @@ def _check_header(path: Path, most: int) -> tuple[int, bool]:
     minor = head[MINOR_AT] if len(head) > MINOR_AT else 0
     least = MOST_HEADER_BYTES if minor > 4 else LEAST_HEADER.get(minor, HEADER_BYTES)
     if len(head) < least:
-        raise InputError(f"{path.name}: ends within its header; it is truncated")
+        raise describe_truncation(path.name, "ends within its header")
     header_bytes, start, records = struct.unpack_from(SIZES, head, SIZES_AT)
     point_bytes, count = struct.unpack_from(RECORD, head, RECORD_AT)
     if not least <= header_bytes <= start <= size:
-        raise InputError(
-            f"{path.name}: says that its points begin at byte {start} of {size}; "
-            "it is truncated or damaged"
+        raise describe_inconsistency(
+            path.name, f"says that its points begin at byte {start} of {size}"
         )
     if records * VLR_BYTES > start - header_bytes:
-        raise _claims_too_much(path.name, records, "records before its points")
+        raise describe_claim(path.name, f"{records} records before its points")
     if minor >= 4:
         extended_at, extended, count = struct.unpack_from(EXTENDED, head, EXTENDED_AT)
         if extended and extended_at + extended * EVLR_BYTES > size:
-            raise _claims_too_much(path.name, extended, "records after its points")
+            raise describe_claim(path.name, f"{extended} records after its points")
     if count > most:
         raise InputError(f"{path.name}: has {count} points, more than {most}; thin the cloud")
     is_compressed = bool(head[FORMAT_AT] & COMPRESSED)
     if not is_compressed and count * point_bytes > size - start:
-        raise _claims_too_much(path.name, count, "points")
+        raise describe_claim(path.name, f"{count} points")
     return count, is_compressed
-
-
-def _claims_too_much(name: str, count: int, what: str) -> InputError:
-    return InputError(
-        f"{name}: claims {count} {what}, more than it holds; it is truncated or damaged"
-    )

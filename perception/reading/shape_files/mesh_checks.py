@@ -19,7 +19,6 @@ __all__ = [
     "TriangleList",
     "check_file",
     "check_triangles",
-    "claims_too_much",
     "cut_polygons",
     "merge_parts",
 ]
@@ -101,13 +100,6 @@ def check_triangles(count: int, name: str, limits: Limits) -> None:
         raise InputError(
             f"{name}: has more than {limits.triangles} triangles; reduce or split the mesh"
         )
-
-
-def claims_too_much(name: str, claim: str) -> InputError:
-    """Return the error of a header whose counts are larger than the file."""
-    return InputError(
-        f"{name}: claims {claim}, more than it holds; it is truncated: export or copy it again"
-    )
 
 
 def merge_parts(

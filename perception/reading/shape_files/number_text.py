@@ -8,13 +8,20 @@ from typing import Any
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import describe_bad_row
 from facetlog.perception.types import FloatArray
 
-__all__ = ["describe_bad_row", "parse_numbers", "parse_rows"]
+__all__ = ["parse_numbers", "parse_rows", "without_comments"]
 
 # So C of Windows writes numbers that are none.
 WINDOWS_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
-DECIMAL_COMMA = re.compile(rb"^[-+]?\d*,\d+(?:[eE][-+]?\d+)?$")
+# Numbers that are none have this character, too.
+COMMENT = re.compile(rb"(?<!1\.)#[^\n]*")
+
+
+def without_comments(text: bytes) -> bytes:
+    """Return text without what follows a # in its lines."""
+    return COMMENT.sub(b"", text) if b"#" in text else text
 
 
 def parse_numbers(text: bytes, kind: type[np.float64 | np.int64] = np.float64) -> Any:
@@ -53,15 +60,3 @@ def parse_rows(
         if len(words) < columns or parse_numbers(b" ".join(words)) is None:
             raise describe_bad_row(name, number, row, what)
     raise InputError(f"{name}: has a {what} that is none; export the mesh again")
-
-
-def describe_bad_row(name: str, number: int, row: bytes, what: str) -> InputError:
-    """Return the error of a row, in line `number`, that is not the numbers of a `what`."""
-    words = row.split()
-    shown = row.decode("utf-8", "replace").strip()
-    place = f"{name}: line {number}: {shown:.60}:"
-    if any(DECIMAL_COMMA.match(word) for word in words):
-        return InputError(f"{place} has decimal commas; export with decimal points")
-    if b"," in row:
-        return InputError(f"{place} has commas between numbers; export with blanks")
-    return InputError(f"{place} is no {what}; the file is truncated or damaged there")

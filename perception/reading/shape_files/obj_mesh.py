@@ -8,18 +8,26 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.file_damage import (
+    describe_inconsistency,
+    describe_truncation,
+    quote_line,
+)
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_numbers, parse_rows
+from facetlog.perception.reading.shape_files.number_text import (
+    parse_numbers,
+    parse_rows,
+    without_comments,
+)
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_obj"]
 
-COMMENT = re.compile(rb"#[^\n]*")
 # Corners are v, v/vt, v//vn or v/vt/vn.
 OTHER_INDICES = re.compile(rb"/[-+\d/]*")
 FREE_FORM = (b"curv", b"curv2", b"surf")
@@ -69,7 +77,7 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
     points = parse_rows(_without_comments(vertices), 3, vertex_lines, name, "vertex")
     corners, sizes = _parse_faces(_without_comments(faces), face_lines, name)
     if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
-        raise InputError(f"{name}: ends within a face; it is truncated: export or copy it again")
+        raise describe_truncation(name, "ends within a face")
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
     found = cut_polygons(points, corners, sizes, name, limits)
     if not free_form:
@@ -97,11 +105,7 @@ def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _without_comments(rows: Sequence[bytes]) -> Sequence[bytes]:
-    text = b"\n".join(rows)
-    if b"#" not in text:
-        return rows
-    # numbers that are none have this character, too, on Windows (1.#IND)
-    return re.sub(rb"(?<!1\.)#[^\n]*", b"", text).split(b"\n")
+    return without_comments(b"\n".join(rows)).split(b"\n")
 
 
 def _parse_faces(rows: Sequence[bytes], lines: Sequence[int], name: str) -> tuple[Indices, Indices]:
@@ -116,9 +120,8 @@ def _parse_faces(rows: Sequence[bytes], lines: Sequence[int], name: str) -> tupl
         for number, row in zip(lines, rows, strict=True):
             found = parse_numbers(row, np.int64)
             if found is None or len(found) != len(row.split()):
-                shown = row.decode("utf-8", "replace").strip()
                 raise InputError(
-                    f"{name}: line {number}: f {shown:.40}: is no face; export the mesh again"
+                    f"{quote_line(name, number, b'f ' + row)}: is no face; export the mesh again"
                 )
         raise InputError(f"{name}: has faces that are none; export the mesh again")
     return np.asarray(corners, dtype=np.int64), sizes
@@ -146,6 +149,4 @@ def _to_absolute(
         raise InputError(f"{place}: indices of an OBJ begin at 1; export the mesh again")
     if value < 0:
         raise InputError(f"{place}: there are {so_far[at]} before it; export the mesh again")
-    raise InputError(
-        f"{place}: there are {count}; it is truncated or inconsistent, export it again"
-    )
+    raise describe_inconsistency(place, f"there are {count}")

@@ -7,15 +7,23 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.file_damage import (
+    describe_claim,
+    describe_inconsistency,
+    quote_line,
+)
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
-    claims_too_much,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_numbers, parse_rows
+from facetlog.perception.reading.shape_files.number_text import (
+    parse_numbers,
+    parse_rows,
+    without_comments,
+)
 from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_off"]
@@ -34,7 +42,7 @@ def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
     keyword = KEYWORD.match(data[:200])
     if keyword is not None and keyword[6]:
         raise InputError(f"{name}: is a binary OFF, which is not read; export it as text or PLY")
-    text = re.sub(rb"#[^\n]*", b"", to_plain_bytes(data))
+    text = without_comments(to_plain_bytes(data))
     keyword = KEYWORD.match(text)
     if keyword is not None and (keyword[4] or keyword[5]):
         raise InputError(f"{name}: is a mesh in four or more dimensions; export it in three")
@@ -47,7 +55,7 @@ def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
     vertices, faces = int(counts[0]), int(counts[1])
     claim = f"{vertices} vertices and {faces} faces"
     if LEAST_TEXT_BYTES * (3 * vertices + faces) > len(text) + LEAST_TEXT_BYTES:
-        raise claims_too_much(name, claim)
+        raise describe_claim(name, claim)
     if faces == 0:
         raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
     check_triangles(faces, name, limits)
@@ -56,9 +64,8 @@ def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
         return _read_words(b" ".join(row for _, row in rows), vertices, faces, name, limits)
     if len(rows) > vertices + faces:
         more = len(rows) - vertices - faces
-        raise InputError(
-            f"{name}: line {rows[vertices + faces][0]}: {more} more rows than its {claim}; "
-            "it is inconsistent, export it again"
+        raise describe_inconsistency(
+            name, f"line {rows[vertices + faces][0]}: {more} more rows than its {claim}"
         )
     points = parse_rows(
         [row for _, row in rows[:vertices]], 3, [at for at, _ in rows[:vertices]], name, "vertex"
@@ -86,24 +93,18 @@ def _parse_faces(
         found = parse_numbers(b" ".join(words[:1]), np.int64)
         size = -1 if found is None else int(found[0])
         corners = None if size <= 0 else parse_numbers(b" ".join(words[1 : 1 + size]), np.int64)
-        shown = row.decode("utf-8", "replace").strip()
-        place = f"{name}: line {number}: {shown:.60}:"
+        place = quote_line(name, number, row)
         if corners is None or len(corners) != size:
-            raise InputError(
-                f"{place} is no face; it is truncated or inconsistent: export it again"
-            )
+            raise describe_inconsistency(place, "is no face")
         if ((corners < 0) | (corners >= vertices)).any():
-            raise InputError(
-                f"{place} names a vertex beyond 0 to {vertices - 1}; it is inconsistent, export "
-                "it again"
-            )
+            raise describe_inconsistency(place, f"names a vertex beyond 0 to {vertices - 1}")
     raise InputError(f"{name}: has faces that are none; export the mesh again")
 
 
 def _read_words(text: bytes, vertices: int, faces: int, name: str, limits: Limits) -> TriangleList:
     """Of an OFF with other lines than one a row: plain vertices, and faces without colours."""
     numbers = parse_numbers(text)
-    cut = claims_too_much(name, f"{vertices} vertices and {faces} faces")
+    cut = describe_claim(name, f"{vertices} vertices and {faces} faces")
     if numbers is None or len(numbers) < 3 * vertices:
         raise cut
     points, words = numbers[: 3 * vertices].reshape(-1, 3), numbers[3 * vertices :].astype(np.int64)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.point_table import (
     PointTable,
     columns_of,
@@ -170,7 +171,7 @@ def _unpacked(
 ) -> "np.ndarray[tuple[int], np.dtype[np.void]]":
     """Rows of compressed data, which is kept field by field."""
     row = header.row
-    truncated = InputError(f"{name}: its compressed data is truncated or damaged")
+    truncated = describe_inconsistency(name, "its compressed data is not that of its points")
     if len(body) < 8:
         raise truncated
     packed, size = struct.unpack("<II", body[:8])

@@ -1,15 +1,22 @@
-"""Rows of PLY files: the header, and where each property of each row is, also behind lists."""
+"""Rows of PLY files: the header, and the numbers and lists of each row, in text or binary."""
 
+import itertools
 import re
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
+from facetlog.perception.reading.shape_files.file_damage import (
+    describe_bad_row,
+    describe_claim,
+    describe_inconsistency,
+    describe_truncation,
+)
+from facetlog.perception.reading.shape_files.number_text import parse_numbers, without_comments
 from facetlog.perception.reading.shape_files.text_decoding import (
     find_line_end,
     to_plain_bytes,
@@ -17,15 +24,7 @@ from facetlog.perception.reading.shape_files.text_decoding import (
 )
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "PlyBytes",
-    "PlyElement",
-    "PlyProperty",
-    "PlyRows",
-    "PlyText",
-    "find_rows",
-    "parse_ply_header",
-]
+__all__ = ["PlyHeader", "PlyRows", "parse_ply_header", "read_ply_rows"]
 
 # A header ends within this; most have some 300 bytes, comments may make it long.
 HEADER_BYTES = 1 << 16
@@ -35,8 +34,10 @@ TYPES = {
     "int64": "i8", "uint64": "u8", "float": "f4", "float32": "f4", "double": "f8",
     "float64": "f8",
 }  # fmt: skip
-COMMENT = re.compile(rb"#[^\n]*")
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+FORMAT = re.compile(rb"^[ \t]*format[ \t]+(\w+)", re.MULTILINE)
+# What may follow the last row of a binary one.
+FILL = b"\0 \t\r\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,65 +55,193 @@ class PlyElement:
 
     name: str
     count: int
-    properties: tuple[PlyProperty, ...]
+    properties: tuple[PlyProperty, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlyHeader:
+    """Elements in their order, and the `body` after the header, which begins in a `line`."""
+
+    is_text: bool
+    elements: tuple[PlyElement, ...]
+    body: bytes
+    line: int
+
+    def count(self, element: str) -> int:
+        """Return how many rows an element has; 0 where the file has no such element."""
+        return sum(each.count for each in self.elements if each.name == element)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlyRows:
-    """Where the rows of an element are: `end`, of each property its start in every row, and of
-    each list its lengths. Places count bytes, or words of text.
+    """The rows of an element.
+
+    Of each property `starts` are its places in every row and `lengths` those of its lists, None of
+    a number; the rows end at the place `end`. Places count bytes, or words of text.
     """
 
-    starts: dict[str, Indices]
-    lengths: dict[str, Indices]
+    element: PlyElement
+    source: "_Text | _Bytes"
+    starts: Sequence[Indices]
+    lengths: Sequence[Indices | None]
     end: int
 
+    def stack_numbers(self, names: Sequence[str]) -> FloatArray | None:
+        """Return the numbers (rows, names) of properties; None where one is missing."""
+        at = [self._find(name, is_list=False) for name in names]
+        if None in at:
+            return None
+        return np.column_stack(
+            [
+                self.source.values(self.starts[k], self.element.properties[k].kind)
+                for k in at
+                if k is not None
+            ]
+        )
 
-class PlyText:
-    """The words of a PLY in text."""
+    def read_lists(self, names: Sequence[str]) -> tuple[FloatArray, Indices] | None:
+        """Return the numbers in all lists of the first property of these names that is there, and
+        how many each row has.
+        """
+        at = next((k for k in (self._find(n, is_list=True) for n in names) if k is not None), None)
+        lengths = None if at is None else self.lengths[at]
+        if at is None or lengths is None:
+            return None
+        kind = self.element.properties[at].kind
+        starts, width = self.starts[at], self.source.width(kind)
+        if len(lengths) and (lengths == lengths[0]).all():
+            columns = [self.source.values(starts + width * k, kind) for k in range(int(lengths[0]))]
+            return (np.stack(columns, axis=1).ravel() if columns else np.zeros(0)), lengths
+        within = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+        return self.source.values(np.repeat(starts, lengths) + width * within, kind), lengths
 
-    def __init__(self, body: bytes, name: str) -> None:
-        text = COMMENT.sub(b"", to_plain_bytes(body))
+    def _find(self, name: str, *, is_list: bool) -> int | None:
+        for k, field in enumerate(self.element.properties):
+            if field.name.lower() == name and (field.count_kind is not None) == is_list:
+                return k
+        return None
+
+
+def parse_ply_header(data: bytes, name: str) -> PlyHeader:
+    """Return the header of a PLY with all that follows it."""
+    if not data.startswith(b"ply"):
+        plain = without_bom(data)
+        data = plain if plain.startswith(b"ply") else to_plain_bytes(data)  # UTF-16
+    end = data.find(b"end_header", 0, HEADER_BYTES)
+    if not data.startswith(b"ply") or end < 0:
+        raise InputError(f"{name}: has no PLY header; export it again")
+    line_end = find_line_end(data[:end])
+    start = data.find(line_end, end)
+    if start < 0:
+        raise describe_truncation(name, "ends with its header")
+    lines = data[:end].splitlines()
+    found = FORMAT.search(b"\n".join(lines))
+    order = ORDERS.get(found[1].decode()) if found else None
+    if order is None:
+        raise InputError(f"{name}: its PLY header has no known format; export it again")
+    elements = list[PlyElement]()
+    for line in (line.decode("latin-1") for line in lines):
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")  # numpy only warns of words that are no numbers
-                self.numbers: FloatArray = np.fromstring(text, sep=" ")
-        except (DeprecationWarning, ValueError):
-            raise _is_no_number(text, name) from None
+            match line.split():
+                case ["element", element, count]:
+                    if int(count) < 0:
+                        raise ValueError
+                    elements.append(PlyElement(element, int(count)))
+                    continue
+                case ["property", "list", length, kind, field] if elements:
+                    new = PlyProperty(field, _type(order, kind), _type(order, length))
+                case ["property", kind, field] if elements:
+                    new = PlyProperty(field, _type(order, kind))
+                case ["element" | "property", *_]:
+                    raise ValueError
+                case _:
+                    continue
+        except (KeyError, ValueError):
+            raise InputError(
+                f"{name}: {line.strip():.60}: is not understood in a PLY header; export it again"
+            ) from None
+        last = elements[-1]
+        elements[-1] = replace(last, properties=(*last.properties, new))
+    body = data[start + len(line_end) :]
+    return PlyHeader(not order, tuple(elements), body, len(lines) + 2)
+
+
+def _type(order: str, kind: str) -> np.dtype[Any]:
+    return np.dtype((order or "=") + TYPES[kind])
+
+
+def read_ply_rows(header: PlyHeader, name: str) -> tuple[dict[str, PlyRows], tuple[str, ...]]:
+    """Return the rows of each element, and warnings.
+
+    Raises InputError where the file ends before its last row, or has more than its header counts.
+    """
+    if not header.is_text:
+        return _find_all_rows(_Bytes(header.body), header.elements, name), ()
+    text = without_comments(to_plain_bytes(header.body))
+    try:
+        return _find_all_rows(_Text(text, name, header.line), header.elements, name), ()
+    except InputError:
+        trimmed = _trim_rows(text, header.elements)
+        if trimmed is None:
+            raise
+    longer = "rows have more words than its header says; those at their ends are left out"
+    return _find_all_rows(_Text(trimmed, name, header.line), header.elements, name), (longer,)
+
+
+def _trim_rows(text: bytes, elements: Sequence[PlyElement]) -> bytes | None:
+    """The rows of a text, a line each, without words that the header does not have; None where no
+    row has any, or one is too short.
+    """
+    lines = [line.split() for line in text.split(b"\n") if line.strip()]
+    if len(lines) != sum(element.count for element in elements):
+        return None
+    kept, words_of = list[bytes](), iter(lines)
+    for element in elements:
+        for words in itertools.islice(words_of, element.count):
+            at = 0
+            for field in element.properties:
+                if field.count_kind is None:
+                    at += 1
+                elif at < len(words) and words[at].isdigit():
+                    at += 1 + int(words[at])
+                else:
+                    return None
+            if at > len(words):
+                return None
+            kept += words[:at]
+    return b" ".join(kept) if len(kept) < sum(map(len, lines)) else None
+
+
+class _Text:
+    """The words of a PLY in text, which begin in a line."""
+
+    def __init__(self, text: bytes, name: str, line: int) -> None:
+        numbers = parse_numbers(text)
+        if numbers is None:
+            rows = enumerate(text.split(b"\n"), line)
+            number, row = next((k, row) for k, row in rows if parse_numbers(row) is None)
+            raise describe_bad_row(name, number, row, "row of numbers")
+        self.numbers: FloatArray = numbers
 
     def __len__(self) -> int:
         return len(self.numbers)
 
     def width(self, _kind: np.dtype[Any]) -> int:
-        """Return how many places a number takes."""
         return 1
 
     def integer(self, place: int, _kind: np.dtype[Any]) -> int:
-        """Return the whole number at a place, -1 for another."""
         value = float(self.numbers[place])
         return int(value) if value.is_integer() else -1
 
     def values(self, places: Indices, _kind: np.dtype[Any]) -> FloatArray:
-        """Return the numbers at places."""
         found: FloatArray = self.numbers[places]
         return found
 
-
-def _is_no_number(text: bytes, name: str) -> InputError:
-    for number, line in enumerate(text.split(b"\n"), 1):
-        for word in line.split():
-            try:
-                float(word)
-            except ValueError:
-                shown = word.decode("utf-8", "replace")
-                return InputError(
-                    f"{name}: has a damaged row {number} after its header ({shown:.30} is no "
-                    "number); export it again"
-                )
-    return InputError(f"{name}: has rows that are no numbers; export it again")
+    def has_only_fill(self, place: int) -> bool:
+        return place == len(self)
 
 
-class PlyBytes:
+class _Bytes:
     """The bytes of a binary PLY."""
 
     def __init__(self, body: bytes) -> None:
@@ -123,17 +252,15 @@ class PlyBytes:
         return len(self.body)
 
     def width(self, kind: np.dtype[Any]) -> int:
-        """Return how many places a number takes."""
         return kind.itemsize
 
     def integer(self, place: int, kind: np.dtype[Any]) -> int:
-        """Return the whole number at a place."""
         if kind.itemsize == 1 and kind.kind == "u":
             return self.body[place]
-        return int(np.frombuffer(self.body, dtype=kind, count=1, offset=place)[0])
+        value = np.frombuffer(self.body, dtype=kind, count=1, offset=place)[0]
+        return int(value) if kind.kind in "iu" or float(value).is_integer() else -1
 
     def values(self, places: Indices, kind: np.dtype[Any]) -> FloatArray:
-        """Return the numbers at places."""
         step = int(places[1] - places[0]) if len(places) > 1 else 1
         if len(places) > 1 and step > 0 and (np.diff(places) == step).all():
             window = np.ndarray((len(places),), kind, self.body, int(places[0]), (step,))
@@ -142,142 +269,107 @@ class PlyBytes:
         numbers: FloatArray = picked.view(kind).ravel().astype(np.float64)
         return numbers
 
-
-def parse_ply_header(data: bytes, name: str) -> tuple[str, list[PlyElement], bytes]:
-    """Return the byte order ("" of text), the elements, and all that follows the header."""
-    if not data.startswith(b"ply"):
-        plain = without_bom(data)
-        data = plain if plain.startswith(b"ply") else to_plain_bytes(data)  # UTF-16
-    end = data.find(b"end_header", 0, HEADER_BYTES)
-    if not data.startswith(b"ply") or end < 0:
-        raise InputError(f"{name}: has no PLY header; export it again")
-    line_end = find_line_end(data[:end])
-    start = data.find(line_end, end)
-    if start < 0:
-        raise InputError(f"{name}: ends with its header; it is truncated")
-    order, elements = None, list[PlyElement]()
-    for line in data[:end].decode("latin-1").replace("\r", "\n").split("\n"):
-        try:
-            match line.split():
-                case ["format", kind, *_]:
-                    order = ORDERS[kind]
-                case ["element", element, count]:
-                    elements.append(PlyElement(element, _parse_count(count), ()))
-                case ["property", "list", length, kind, field] if elements:
-                    new = PlyProperty(field, _type(order, kind), _type(order, length))
-                    elements[-1] = _with(elements[-1], new)
-                case ["property", kind, field] if elements:
-                    elements[-1] = _with(elements[-1], PlyProperty(field, _type(order, kind)))
-                case ["element" | "property", *_]:
-                    raise ValueError
-        except (KeyError, ValueError):
-            raise InputError(
-                f"{name}: {line.strip():.60}: is not understood in a PLY header; export it again"
-            ) from None
-    if order is None:
-        raise InputError(f"{name}: its PLY header has no format; export it again")
-    return order, elements, data[start + len(line_end) :]
+    def has_only_fill(self, place: int) -> bool:
+        return not self.body[place:].strip(FILL)
 
 
-def _type(order: str | None, kind: str) -> np.dtype[Any]:
-    return np.dtype((order or "=") + TYPES[kind])
+def _find_all_rows(
+    source: _Text | _Bytes, elements: Sequence[PlyElement], name: str
+) -> dict[str, PlyRows]:
+    found, place = dict[str, PlyRows](), 0
+    for element in elements:
+        found[element.name] = rows = _find_rows(source, element, place, name)
+        place = rows.end
+    if elements and not source.has_only_fill(place):
+        counts = " and ".join(f"{element.count} rows of {element.name}" for element in elements)
+        raise describe_inconsistency(name, f"more follows than the {counts} that its header counts")
+    return found
 
 
-def _parse_count(word: str) -> int:
-    count = int(word)
-    if count < 0:
-        raise ValueError
-    return count
-
-
-def _with(element: PlyElement, new: PlyProperty) -> PlyElement:
-    return PlyElement(element.name, element.count, (*element.properties, new))
-
-
-def find_rows(source: PlyText | PlyBytes, element: PlyElement, place: int, name: str) -> PlyRows:
-    """Return where the rows of an element are that begin at a place.
-
-    Raises InputError where the data ends before the last row does.
-    """
-    lists = [field for field in element.properties if field.count_kind is not None]
-    least = sum(source.width(field.count_kind or field.kind) for field in element.properties)
+def _find_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: str) -> PlyRows:
+    """The rows of an element that begin at a place."""
+    fields = element.properties
+    if not fields or not element.count:
+        none = np.zeros(0, dtype=np.int64)
+        lengths = [none if field.count_kind is not None else None for field in fields]
+        return PlyRows(element, source, [none] * len(fields), lengths, place)
+    least = sum(source.width(field.count_kind or field.kind) for field in fields)
     if element.count * least > len(source) - place:
-        raise _is_cut(element, (len(source) - place) // max(least, 1), name)
+        held = (len(source) - place) // least
+        if held == 0 or any(field.count_kind is not None for field in fields):
+            raise describe_claim(name, f"{element.count} rows of {element.name}")
+        raise _is_cut(element, held, name)
     # most elements have no list, or lists of one length
-    offsets, lengths, width = dict[str, int](), dict[str, int](), 0
-    for field in element.properties:
+    offsets, firsts, width = list[int](), list[int | None](), 0
+    for field in fields:
+        first = None
         if field.count_kind is not None:
-            at = place + width
-            width += source.width(field.count_kind)
-            is_there = element.count > 0 and place + width <= len(source)
-            lengths[field.name] = source.integer(at, field.count_kind) if is_there else 0
-        offsets[field.name] = width
-        width += max(lengths.get(field.name, 1), 0) * source.width(field.kind)
+            head = source.width(field.count_kind)
+            is_there = place + width + head <= len(source)
+            first = source.integer(place + width, field.count_kind) if is_there else -1
+            width += head
+        firsts.append(first)
+        offsets.append(width)
+        width += source.width(field.kind) * (1 if first is None else max(first, 0))
     end = place + element.count * width
-    begins = place + width * np.arange(element.count if end <= len(source) else 0)
-    is_regular = len(begins) == element.count and all(
-        lengths[field.name] >= 0
-        and field.count_kind is not None
-        and (
-            source.values(
-                begins + offsets[field.name] - source.width(field.count_kind), field.count_kind
-            )
-            == lengths[field.name]
-        ).all()
-        for field in lists
-    )
-    if not is_regular:
+    if end > len(source) or any(first is not None and first < 0 for first in firsts):
         return _walk_rows(source, element, place, name)
+    begins = place + width * np.arange(element.count)
+    for field, offset, first in zip(fields, offsets, firsts, strict=True):
+        if field.count_kind is not None:
+            heads = begins + offset - source.width(field.count_kind)
+            if (source.values(heads, field.count_kind) != first).any():
+                return _walk_rows(source, element, place, name)
     return PlyRows(
-        {key: begins + offset for key, offset in offsets.items()},
-        {key: np.full(element.count, length) for key, length in lengths.items()},
+        element,
+        source,
+        [begins + offset for offset in offsets],
+        [None if first is None else np.full(element.count, first) for first in firsts],
         end,
     )
 
 
-def _walk_rows(source: PlyText | PlyBytes, element: PlyElement, place: int, name: str) -> PlyRows:
-    """Where rows are whose lists have different lengths: one after the other."""
-    starts: dict[str, list[int]] = {p.name: [] for p in element.properties}
-    lengths: dict[str, list[int]] = {p.name: [] for p in element.properties if p.count_kind}
-    steps: Sequence[tuple[str, np.dtype[Any] | None, int, int]] = [
+def _walk_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: str) -> PlyRows:
+    """The rows of an element whose lists have different lengths: one after the other."""
+    steps = [
         (
-            p.name,
-            p.count_kind,
-            source.width(p.count_kind) if p.count_kind else 0,
-            source.width(p.kind),
+            list[int](),
+            list[int](),
+            field.count_kind,
+            source.width(field.count_kind) if field.count_kind is not None else 0,
+            source.width(field.kind),
         )
-        for p in element.properties
+        for field in element.properties
     ]
     size = len(source)
     for row in range(element.count):
-        for key, count_kind, head, item in steps:
-            if count_kind is not None:
-                if place + head > size:
-                    raise _is_cut(element, row, name)
-                length = source.integer(place, count_kind)
-                if length < 0:
-                    raise InputError(
-                        f"{name}: {element.name} {row} has a list of impossible length; its counts "
-                        "do not fit, or it is damaged: export it again"
-                    )
-                place += head
-                lengths[key].append(length)
-                starts[key].append(place)
-                place += length * item
-            else:
-                starts[key].append(place)
+        for starts, lengths, count_kind, head, item in steps:
+            if count_kind is None:
+                starts.append(place)
                 place += item
+                continue
+            if place + head > size:
+                raise _is_cut(element, row, name)
+            length = source.integer(place, count_kind)
+            if length < 0:
+                raise describe_inconsistency(
+                    name, f"{element.name} {row} has a list of impossible length"
+                )
+            place += head
+            starts.append(place)
+            lengths.append(length)
+            place += length * item
         if place > size:
             raise _is_cut(element, row, name)
     return PlyRows(
-        {key: np.array(found, dtype=np.int64) for key, found in starts.items()},
-        {key: np.array(found, dtype=np.int64) for key, found in lengths.items()},
+        element,
+        source,
+        [np.array(starts, dtype=np.int64) for starts, *_ in steps],
+        [None if kind is None else np.array(found, np.int64) for _, found, kind, *_ in steps],
         place,
     )
 
 
 def _is_cut(element: PlyElement, row: int, name: str) -> InputError:
-    return InputError(
-        f"{name}: ends after {row} of {element.count} rows of {element.name}: claims more than it "
-        "holds; it is truncated or damaged"
-    )
+    rows = f"{row} of {element.count} rows of {element.name}"
+    return describe_truncation(name, f"ends after {rows}: claims more than it holds")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import describe_claim
 from facetlog.perception.types import FloatArray
 
 __all__ = ["NORMALS", "PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
@@ -31,14 +32,14 @@ def rows_from_binary(name: str, data: bytes, dtype: np.dtype[Any], count: int) -
     """`count` packed rows from the start of the data; InputError where it has fewer."""
     needed = count * dtype.itemsize
     if needed > len(data):
-        raise _claims_too_much(name, count)
+        raise describe_claim(name, f"{count} points")
     return np.frombuffer(data, dtype, count)
 
 
 def rows_from_text(name: str, data: bytes, columns: int, count: int) -> FloatArray:
     """`count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
     if count * columns * LEAST_TEXT_BYTES > len(data) + LEAST_TEXT_BYTES:
-        raise _claims_too_much(name, count)
+        raise describe_claim(name, f"{count} points")
     try:
         rows = np.loadtxt(io.BytesIO(data), max_rows=count, ndmin=2) if count else np.empty((0, 0))
     except (ValueError, UnicodeDecodeError) as exc:
@@ -47,7 +48,7 @@ def rows_from_text(name: str, data: bytes, columns: int, count: int) -> FloatArr
             f"{name}: has a damaged row ({said[:100]}); export the cloud again"
         ) from exc
     if rows.shape[0] < count:
-        raise _claims_too_much(name, count)
+        raise describe_claim(name, f"{count} points")
     if count and rows.shape[1] != columns:
         raise InputError(
             f"{name}: has rows of {rows.shape[1]} numbers where its header says {columns}; "
@@ -70,9 +71,3 @@ def columns_of(name: str, fields: tuple[str, ...], rows: NDArray[Any]) -> PointT
 
     normals = next((taken(names) for names in NORMALS if set(names) <= set(lower)), None)
     return PointTable(taken(PLACE), normals)
-
-
-def _claims_too_much(name: str, count: int) -> InputError:
-    return InputError(
-        f"{name}: claims {count} points, more than it holds; it is truncated or damaged"
-    )

@@ -6,12 +6,17 @@ import struct
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import (
+    describe_claim,
+    describe_inconsistency,
+    describe_truncation,
+    quote_line,
+)
 from facetlog.perception.reading.shape_files.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
-    claims_too_much,
     cut_polygons,
 )
 from facetlog.perception.reading.shape_files.number_text import parse_rows
@@ -59,14 +64,11 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
     (count,) = struct.unpack("<I", data[80:84])
     held = (len(data) - HEADER_BYTES) // TRIANGLE.itemsize
     if count > held:
-        raise claims_too_much(name, f"{count} triangles")
+        raise describe_claim(name, f"{count} triangles")
     check_triangles(count, name, limits)
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
     if held > count and _are_triangles(rest):
-        raise InputError(
-            f"{name}: counts {count} triangles but holds {held}; it is inconsistent, export "
-            "it again"
-        )
+        raise describe_inconsistency(name, f"counts {count} triangles but holds {held}")
     if count == 0:
         raise NoTrianglesError(f"{name}: has no triangles; export the mesh again")
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count, offset=HEADER_BYTES)
@@ -125,18 +127,15 @@ def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[i
         elif word not in NEXT[last]:
             if number == len(lines):
                 break  # within a word
-            shown = line.decode("utf-8", "replace").strip()
-            raise InputError(
-                f"{name}: line {number}: {shown:.40}: cannot follow {last.decode()} in an STL; "
-                "the file is truncated or damaged there"
+            raise describe_inconsistency(
+                quote_line(name, number, line), f"cannot follow {last.decode()} in an STL"
             )
         elif word == b"endloop":
             sizes.append(len(rows) - start)
             start = len(rows)
         last = word
     if last != b"endsolid":
-        raise InputError(
-            f"{name}: ends within a solid (line {len(lines)}, after {last.decode()}); it is "
-            "truncated: export or copy it again"
+        raise describe_truncation(
+            name, f"ends within a solid (line {len(lines)}, after {last.decode()})"
         )
     return rows, numbers, sizes

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.file_damage import describe_truncation
 from facetlog.perception.reading.shape_files.number_format import (
     NumberFormat,
     find_number_format,
@@ -76,9 +77,7 @@ def points_from_text(name: str, data: bytes, most: int) -> PointTable:
     if rows.shape[1] < 3:
         raise InputError(f"{name}: has no x, y, z in each row; export the cloud again")
     if count > len(rows):
-        raise InputError(
-            f"{name}: has {len(rows)} of {count} points that it claims; it is truncated"
-        )
+        raise describe_truncation(name, f"has {len(rows)} of {count} points that it claims")
     if not names:
         return _without_names(name, rows)
     if not _name_place(names):

@@ -14,9 +14,14 @@ import shapely
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group
-from facetlog.perception.polygons import find_difference, find_union, make_polygon, make_valid
+from facetlog.perception.polygons import (
+    find_difference,
+    find_enclosed_area,
+    find_union,
+    make_polygon,
+    make_valid,
+)
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, sizes_of
-from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
@@ -112,7 +117,7 @@ class Solids:
         # p + t (q - p), the same for both triangles at the side
         share = heights[one] / (heights[one] - heights[two])
         flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
-        area = enclosed_area(flat.reshape(-1, 2, 2))
+        area = find_enclosed_area(flat.reshape(-1, 2, 2))
         return shapely.Polygon() if area is None else make_valid(area)
 
 

@@ -13,10 +13,9 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, joined
-from facetlog.perception.polygons import triangulate
+from facetlog.perception.polygons import find_enclosed_area, triangulate
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuilt
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane
-from facetlog.perception.shapes.meshes.region_polygons import enclosed_area
 from facetlog.perception.types import FloatArray
 
 __all__ = ["cut_off"]
@@ -91,7 +90,7 @@ def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
     flat = points[names] @ plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T
     # rough loops cross themselves where they are looked at along the normal
     noded = shapely.get_parts(shapely.node(shapely.multilinestrings(flat[place])))
-    area = enclosed_area(np.array([line.coords for line in noded]))
+    area = find_enclosed_area(np.array([line.coords for line in noded]))
     if area is None or area.is_empty:
         return np.zeros((0, 3), dtype=np.int64)
     corners = triangulate(area).reshape(-1, 2)

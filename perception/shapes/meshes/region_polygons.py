@@ -12,14 +12,14 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, group_sums, joined
-from facetlog.perception.polygons import find_union, make_valid
+from facetlog.perception.polygons import find_enclosed_area, find_union
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_CORNERS", "Piece", "enclosed_area", "flat_pieces"]
+__all__ = ["MOST_CORNERS", "Piece", "flat_pieces"]
 
 # A round table top of 64 corners departs from the circle by 0.12 % of its radius.
 MOST_CORNERS = 64
@@ -94,16 +94,6 @@ def flat_pieces(
     if not found:
         return ()
     return _regions(moments, found, names, size)
-
-
-def enclosed_area(segments: FloatArray) -> shapely.Geometry | None:
-    """What segments (n, 2, 2) in a plane enclose, or None where they cross so that nothing is."""
-    if not len(segments):
-        return None
-    try:
-        return shapely.build_area(shapely.multilinestrings(segments))
-    except shapely.errors.GEOSException:  # rough outlines cross themselves
-        return None
 
 
 def _regions(
@@ -208,13 +198,13 @@ class _Outlines:
         """The piece in a plane's coordinates, valid, perhaps of several parts."""
         surface, rows = self.surface, self.triangles[piece]
         segments = frame.flat(surface.points[self.edges[piece]])
-        area = enclosed_area(segments)
+        area = find_enclosed_area(segments)
         flat = frame.flat(surface.points[surface.triangles[rows]])
         (ax, ay), (bx, by) = np.moveaxis(flat[:, 1:] - flat[:, :1], (1, 2), (0, 1))
         covered = 0.5 * np.abs(ax * by - ay * bx).sum()
         if area is not None and area.is_valid and abs(area.area - covered) <= AREA_ERROR * covered:
             return area
-        return find_union(make_valid(shapely.polygons(flat)))
+        return find_union(shapely.polygons(flat))
 
 
 def _region(

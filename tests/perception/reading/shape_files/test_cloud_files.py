@@ -1,6 +1,7 @@
 """Files of point clouds: every form gives the same points, and damage is one clear line."""
 
 import io
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -221,6 +222,36 @@ def test_vertices_of_a_ply_may_have_lists(
         read_cloud(path)
 
 
+def test_words_after_those_of_the_header_of_a_ply_are_left_out(
+    tmp_path: Path, points: FloatArray
+) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(
+        re.sub(rb"(?<=\d)(\n|$)(?!prop|elem|end|comm)", rb" 1 9\1", ply(points, "ascii"))
+    )
+    cloud = read_cloud(path)
+    np.testing.assert_array_equal(cloud.points, points)
+    assert "more words" in cloud.warnings[0]
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian"])
+def test_a_ply_of_more_points_than_it_counts_is_refused(
+    tmp_path: Path, points: FloatArray, form: str
+) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply(points, form).replace(b"vertex 40", b"vertex 30"))
+    with pytest.raises(InputError, match="more follows than the 30 rows of vertex"):
+        read_cloud(path)
+
+
+def test_remarks_and_numbers_that_are_none_in_a_ply(tmp_path: Path, points: FloatArray) -> None:
+    path = tmp_path / "a.ply"
+    lines = ply(points, "ascii").split(b"\n")
+    lines[-COUNT:-COUNT] = [b"# a remark", b"1.#QNAN -1.#IND 0 # another"]
+    path.write_bytes(b"\n".join(lines).replace(b"vertex 40", b"vertex 41"))
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+
+
 @pytest.mark.parametrize("end", ["\r", "\r\n"])
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 @pytest.mark.parametrize("kind", ["ply", "pcd"])
@@ -288,10 +319,10 @@ def damaged(points: FloatArray) -> dict[str, tuple[str, bytes, str]]:
         "negative": ("a.ply", little.replace(b"vertex 40", b"vertex -4"), "is not understood"),
         "no x": ("a.ply", little.replace(b"float x", b"float q"), "no x, y and z"),
         "text": ("a.ply", ply(points, "ascii").rsplit(b"\n", 2)[0], "of 40 rows"),
-        "word": ("a.ply", ply(points, "ascii")[:-3] + b"zzz", "damaged row"),
+        "word": ("a.ply", ply(points, "ascii")[:-3] + b"zzz", "line 48: .* is no row of numbers"),
         "cut pcd": ("a.pcd", pcd(points, "binary")[:-1], "claims 40 points"),
-        "cut lzf": ("a.pcd", compressed[:-1], "truncated or damaged"),
-        "wrong lzf": ("a.pcd", compressed[:-2] + b"\xff\xff", "truncated or damaged"),
+        "cut lzf": ("a.pcd", compressed[:-1], "compressed data"),
+        "wrong lzf": ("a.pcd", compressed[:-2] + b"\xff\xff", "compressed data"),
         "pcd header": ("a.pcd", b"VERSION 0.7\nFIELDS x\nDATA ascii\n1\n", "no line SIZE"),
         "pcd kind": ("a.pcd", pcd(points, "ascii").replace(b"DATA a", b"DATA b"), "no kind of PCD"),
         "prose": ("a.xyz", b"1 2 3\nonce upon a time\n", "no table of numbers"),

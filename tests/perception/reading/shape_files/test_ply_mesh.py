@@ -1,5 +1,6 @@
 """PLY meshes: polygons of any sizes in each encoding, and counts that do not fit."""
 
+import codecs
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +132,12 @@ def test_zeros_after_the_last_face_do_not_matter(tmp_path: Path) -> None:
 def test_text_of_other_encodings(tmp_path: Path, encoding: str) -> None:
     content = ply("ascii").decode("latin-1").encode(encoding)
     assert area(read(tmp_path, content)) == pytest.approx(AREA)
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_a_mark_before_a_binary_one(tmp_path: Path, end: bytes) -> None:
+    content = codecs.BOM_UTF8 + ply("binary_little_endian", end=end)
+    assert area(read(tmp_path, content + b"\r\n")) == pytest.approx(AREA)
 
 
 def test_a_word_among_the_numbers_is_shown_with_its_line(tmp_path: Path) -> None:
