@@ -47,6 +47,9 @@ AREA_TIE = 1e-6
 # a face's area: a notch's side has less.
 OPPOSED = float(-np.cos(np.deg2rad(15.0)))
 LEAST_OPPOSED = 0.2
+# The side opposite lies this share of the way to the farthest vertex at least: what is nearer is
+# the back of a sheet or the inside of a hollow.
+LEAST_DEPTH = 0.5
 # In 3-D, hulls of fewer points than this are not worth Qhull's call.
 FEW_POINTS = 20
 
@@ -214,10 +217,12 @@ def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) 
     back, back_sds = (each[pairs.other[places]] for each in offsets(table, pairs))
     far, sd = -np.where(back_sds < sds, back, values), np.minimum(back_sds, sds)
     # the farthest of each face, of several as far the surest
-    farthest = np.zeros(len(table))
+    farthest, least = np.zeros(len(table)), np.zeros(len(table))
+    least[faces] = LEAST_DEPTH * found.values
     np.maximum.at(farthest, two[places], far)
     slack = table.tolerance.within(sd, table.scene[two[places]])
-    as_far = np.flatnonzero((far > 0.0) & (far >= farthest[two[places]] - slack))
+    deep = (far > 0.0) & (far >= least[two[places]])
+    as_far = np.flatnonzero(deep & (far >= farthest[two[places]] - slack))
     order = as_far[np.lexsort((sd[as_far], two[places][as_far]))]
     first = order[np.unique(two[places][order], return_index=True)[1]]
     at = np.full(len(table), -1, dtype=np.intp)

@@ -76,6 +76,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     looked, stretch = _some_rows(np.arange(len(cloud.points)))
     spacing = float(np.median(found.spacing)) * stretch
     planes = [found.planes[outline.region].plane for outline in outlines]
+    noise = np.array([max(found.noise, found.planes[o.region].rms) for o in outlines])
     if up is not None and cloud.world_axes is not None:
         up = _up_of_points(up, cloud, outlines, planes)
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
@@ -96,7 +97,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         cloud.points[looked],
         owner[looked],
         bodies[looked],
-        found.noise,
+        noise,
         spacing,
         None if cloud.normals is None else cloud.normals[looked],
     )
@@ -109,7 +110,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     if sides.is_place_wrong and view.seen_from is not None:
         known = np.isfinite(view.seen_from).all(axis=1)
         view = View(None, refused=tuple(np.unique(view.seen_from[known], axis=0)))
-    regions = _regions(outlines, planes, sides.signs.tolist(), body_of)
+    regions = _regions(outlines, planes, sides.signs.tolist(), body_of, noise)
     whole = not round_sensor
     whole = whole and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
@@ -239,15 +240,20 @@ def _up(
 
 
 def _regions(
-    outlines: tuple[Outline, ...], planes: list[Plane], signs: list[int], body_of: list[int]
+    outlines: tuple[Outline, ...],
+    planes: list[Plane],
+    signs: list[int],
+    body_of: list[int],
+    noise: FloatArray,
 ) -> tuple[FlatRegion, ...]:
     """Return the outlines as regions that look outwards, by the sign of each."""
     regions = []
-    for outline, plane, sign, body in zip(outlines, planes, signs, body_of, strict=True):
+    rows = zip(outlines, planes, signs, body_of, noise.tolist(), strict=True)
+    for outline, plane, sign, body, sd in rows:
         loops = (outline.outline, *outline.holes)
         if sign < 0:
             plane, loops = plane.flipped(), tuple(loop[::-1] for loop in loops)
-        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body))
+        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body, sd))
     return tuple(regions)
 
 
@@ -287,6 +293,7 @@ def _levels(
             outline.holes,
             outline.corner_sd,
             body_of[outline.region - count],
+            sheets[outline.region - count].rms,
         )
         for outline in outlines
     )

@@ -38,8 +38,9 @@ BELIEVED_SHARE = 0.75
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Surroundings:
-    """A cloud's points (n, 3), the region and object of each, noise and spacing.
+    """A cloud's points (n, 3), the region and object of each, and their spacing.
 
+    `noise` (m,) is the sd of a region's points off it.
     `normals` (n, 3) as the file gives them and `seen_from` (n, 3), a place from which each point
     was seen; None where the file does not have them. Of the objects `partly` other places saw
     some.
@@ -48,7 +49,7 @@ class Surroundings:
     points: FloatArray
     owner: NDArray[np.intp]
     bodies: NDArray[np.intp]
-    noise: float
+    noise: FloatArray
     spacing: float
     normals: FloatArray | None = None
     seen_from: FloatArray | None = None
@@ -93,7 +94,7 @@ def outer_sides(
         elif len(rows):
             free[number] = _freer_side(number, rows, plane, about)
         if len(rows):
-            seen[number] = _seen_side(rows, plane, about)
+            seen[number] = _seen_side(number, rows, plane, about)
             by_normals[number] = _side_of_normals(rows, plane, about)
     weights = np.array([len(rows) for rows in members])
     is_place_wrong = False
@@ -158,7 +159,7 @@ def _is_room(body: int, about: Surroundings) -> bool:
     return any(not is_empty_shell(own, about.points, place) for place in within)
 
 
-def _seen_side(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
+def _seen_side(region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
     """The side that most points of a face were seen from; 0 where that is not known."""
     if about.seen_from is None:
         return 0
@@ -170,7 +171,8 @@ def _seen_side(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> 
     # how far off the plane lines of sight pass from end to end of the face
     turn = np.abs(height) / np.maximum(away, 1e-300)
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    clear = turn * extent > EDGE_ON_SPACINGS * about.spacing + OFF_PLANE_SDS * about.noise
+    least = EDGE_ON_SPACINGS * about.spacing + OFF_PLANE_SDS * float(about.noise[region])
+    clear = turn * extent > least
     return _sign_of(float((np.sign(height) * clear).mean()))
 
 
@@ -226,7 +228,7 @@ def _free_paths(
     low, high = own.min(axis=0), own.max(axis=0)
     shape = np.floor((high - low) / max(width, 1e-300)).astype(np.intp) + 1
     height = plane.distance(points)
-    rest = (about.owner != region) & (np.abs(height) > OFF_PLANE_SDS * about.noise)
+    rest = (about.owner != region) & (np.abs(height) > OFF_PLANE_SDS * about.noise[region])
     flat = points[rest] @ axes.T
     over = ((flat >= low) & (flat <= high)).all(axis=1)
     cells = np.floor((flat[over] - low) / max(width, 1e-300)).astype(np.intp) @ [shape[1], 1]
@@ -246,7 +248,7 @@ def _emptier_side(region: int, members: NDArray[np.intp], plane: Plane, about: S
     body = np.bincount(about.bodies[members] + 1).argmax() - 1
     rest = (about.bodies == body) & (about.owner != region) & (body >= 0)
     height = plane.distance(about.points[rest])
-    height = height[np.abs(height) > OFF_PLANE_SDS * about.noise]
+    height = height[np.abs(height) > OFF_PLANE_SDS * about.noise[region]]
     if not len(height):
         return 0
     behind = float((height < 0.0).mean())

@@ -34,6 +34,11 @@ LINKS = 10
 FLAT_ENOUGH = 0.3
 # Coordinates of single-precision files are rounded to this share of the cloud's diagonal.
 ROUNDING = 3e-7
+# Gaps between coordinates are those of a grid if nearly all are whole multiples of the least of
+# them, to within this share: of gaps at random a fifth are. Strays may lie off it. Fewer gaps, or
+# finer ones than so many roundings, show no grid.
+GRID_SHARE, ON_GRID, STEP_QUANTILE = 0.9, 0.1, 0.1
+LEAST_GAPS, GRID_ROUNDINGS = 16, 4.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,7 +121,27 @@ def _noise(points: FloatArray, thickness: FloatArray, width: FloatArray) -> floa
     """Standard deviation of a point off its surface: the median of where that is a surface."""
     flat = thickness <= FLAT_ENOUGH * width
     rounding = ROUNDING * float(np.linalg.norm(np.ptp(points, axis=0)))
-    return max(float(np.median(thickness[flat] if flat.any() else thickness)), rounding)
+    grid = float(_grid_steps(points, rounding).max() / np.sqrt(12.0))
+    return max(float(np.median(thickness[flat] if flat.any() else thickness)), rounding, grid)
+
+
+def _grid_steps(points: FloatArray, rounding: float) -> FloatArray:
+    """Steps (3,) of the grid that coordinates of points (n, 3) lie on; 0 where they lie on none.
+
+    A face along the grid has no thickness at all, but others are rounded to it: the sd of what is
+    rounded to steps of s is s / sqrt(12).
+    """
+    steps = np.zeros(3)
+    for axis, values in enumerate(points.T):
+        gaps = np.diff(np.sort(values))
+        gaps = gaps[gaps > GRID_ROUNDINGS * rounding]
+        if len(gaps) < LEAST_GAPS:
+            continue
+        step = float(np.quantile(gaps, STEP_QUANTILE))
+        off = np.abs(gaps / step - np.round(gaps / step))
+        if (off <= ON_GRID).mean() >= GRID_SHARE:
+            steps[axis] = step
+    return steps
 
 
 def neighbourhoods(

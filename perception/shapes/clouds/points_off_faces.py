@@ -31,18 +31,19 @@ def off_faces(
     """Whether each of points (n, 3) is off its object's faces by more than noise makes it, (n,).
 
     `bodies` (n,) numbers the object of each point, as regions do; `noise` is the sd of a point off
-    its surface, `spacing` the typical distance between points. A thing's extent is that of its
-    faces, not of their outliers.
+    its surface, where a region's own is not more, `spacing` the typical distance between points. A
+    thing's extent is that of its faces, not of their outliers.
     """
     off = np.ones(len(points), dtype=bool)
     for region in regions:
+        sd = max(noise, region.noise)
         gaps = np.abs(region.plane.distance(points))
-        near = np.flatnonzero(off & (bodies == region.body) & (gaps <= NOISE_SDS * noise))
+        near = np.flatnonzero(off & (bodies == region.body) & (gaps <= NOISE_SDS * sd))
         start = region.outline[0]
         axes = plane_axes(region.plane.normal, region.outline[1] - start)
         loops = [(loop - start) @ axes.T for loop in (region.outline, *region.holes)]
         polygon = make_polygon(loops[0], loops[1:])
-        wide = polygon.buffer(RIM_SDS * noise + spacing)
+        wide = polygon.buffer(RIM_SDS * sd + spacing)
         shapely.prepare(wide)
         x, y = ((points[near] - start) @ axes.T).T
         off[near[shapely.contains_xy(wide, x, y)]] = False

@@ -15,7 +15,8 @@ class FlatRegion:
     `outline` (k, 3) and `holes` are loops in the plane, without the first point repeated: the
     outline counter-clockwise seen from outside (against the normal), holes clockwise. `plane` has
     the covariance of its fit. `corner_sd` is the standard deviation of a corner, in the unit of
-    length. `body` numbers the object that the region is of; -1: none, as a floor is.
+    length. `body` numbers the object that the region is of; -1: none, as a floor is. `noise` is the
+    sd of a cloud's points off the region.
     """
 
     plane: Plane
@@ -23,6 +24,7 @@ class FlatRegion:
     holes: tuple[FloatArray, ...] = ()
     corner_sd: float = 0.0
     body: int = 0
+    noise: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
@@ -183,6 +184,27 @@ def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
 def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
     points = np.rint(box_on_a_floor() / step) * step
     checked_box(scene_of_cloud(Cloud.of(points), up=Z))
+
+
+@pytest.mark.parametrize("step", [0.002, 0.003, 0.01])
+@pytest.mark.parametrize("turn", [0.3, np.pi / 4.0])
+def test_a_box_across_a_grid_has_all_sides_though_its_floor_has_no_noise(
+    step: float, turn: float
+) -> None:
+    points = Rotation.from_euler("z", turn).apply(box_on_a_floor(0.0))
+    scene = scene_of_cloud(Cloud.of(np.rint(points / step) * step), up=Z)
+    (body,) = (body for body in scene.bodies if body.faces)
+    assert len(body.faces) == 5
+
+
+def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
+    still = box_on_a_floor(0.0)
+    on_box = (np.abs(still[:, :2]) <= [0.2, 0.15]).all(axis=1) & (still[:, 2] > 0.0)
+    points = box_on_a_floor(np.where(on_box, 0.01, 0.001)[:, None])
+    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    (body,) = (body for body in scene.bodies if body.faces)
+    assert len(body.faces) == 5
+    assert not any(patch.areas.any() for patch in scene.patches)
 
 
 def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:

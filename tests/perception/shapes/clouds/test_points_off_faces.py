@@ -1,5 +1,7 @@
 """Which points of a cloud a face's noise explains, and that a thing reaches no further for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,13 @@ def test_points_within_the_noise_of_a_face_are_its_own(
 ) -> None:
     points, own = np.array([place]), np.array([0])
     assert off_faces(points, own, [FACE], noise=NOISE, spacing=SPACING).tolist() == [off]
+
+
+def test_a_face_noisier_than_the_cloud_explains_its_own_noise() -> None:
+    points, own = np.array([[0.1, 0.1, 0.12], [0.1, 0.1, 0.18]]), np.array([0, 0])
+    noisy = replace(FACE, noise=3.0 * NOISE)
+    off = off_faces(points, own, [noisy], noise=NOISE, spacing=SPACING)
+    assert off.tolist() == [False, True]
 
 
 def test_a_face_explains_no_points_of_another_object() -> None:
