@@ -31,7 +31,7 @@ SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 # Few places: corners repeat, sides overlap and cross; a shift of 1e-17 to 1e-3 of all but the same.
 PLACES = st.integers(-3, 3).map(float) | st.floats(-3.0, 3.0)
 SHIFTS = st.integers(3, 17).map(lambda digits: 10.0**-digits)
-SIZES = st.sampled_from([1e-3, 1.0, 1e3, 1e6])
+SIZES = st.sampled_from([1e-9, 1e-3, 1.0, 1e3, 1e9])
 
 
 @st.composite
