@@ -32,6 +32,15 @@ def test_examples_that_are_as_expected_pass(capsys: pytest.CaptureFixture[str]) 
     assert capsys.readouterr() == ("2 examples, 2 passed, 0 failed\n", "")
 
 
+def test_files_without_models_in_a_folder_stop_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "empty.model").write_text("")
+    (tmp_path / "comment.model").write_text("# nothing yet\n")
+    assert main(["model", "test", "."]) == 0
+    assert capsys.readouterr() == ("2 examples, 2 passed, 0 failed\n", "")
+
+
 def test_a_new_model_passes_its_examples(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["model", "new", "coffee_table"]) == 0
     assert main(["model", "test", "coffee_table.model"]) == 0

@@ -115,7 +115,7 @@ def _tested(paths: Iterable[Path], scenes: Path | None) -> tuple[Tested, frozens
         used |= {*analysis.library.files, *analysis.library.words}
         errors = [fault for fault in found if fault.severity is Severity.ERROR]
         faults += errors
-        if not errors:
+        if not errors and analysis.file.models:
             analyses.append(analysis)
     cases = [
         case for one in analyses for case in example_cases(one, example_facts, example_on_demand)
