@@ -16,7 +16,7 @@ from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, na
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
 
-__all__ = ["Checked", "check_file", "check_model"]
+__all__ = ["RESERVED_NAMES", "Checked", "check_file", "check_model"]
 
 
 _IN_CONDITIONS = frozenset(
@@ -57,6 +57,10 @@ def check_file(scope: Scope) -> tuple[Fault, ...]:
     return tuple(checker.faults)
 
 
+RESERVED_NAMES = frozenset({"none", "error"})
+"""What tables of results say where no model holds, and of scenes that have no answer."""
+
+
 @dataclass(slots=True)
 class _ModelChecker(ConditionChecker):
     extents: Extents = field(init=False)
@@ -68,6 +72,9 @@ class _ModelChecker(ConditionChecker):
     def model(self) -> None:
         """Checks a model's names, that there is something to judge, and its statements."""
         model = self.scope.model
+        if model.name in RESERVED_NAMES:
+            message = f"`{model.name}` is what results say of no model"
+            self.fault("taken", message, model.written.name, "choose another name")
         self._new_names()
         if not model.parts:
             self.fault(

@@ -22,7 +22,7 @@ def _row(path: str, error: str | None = None, **degrees: float) -> Row:
         }
         for model, degree in degrees.items()
     ]
-    return {"path": path, "verdicts": verdicts, "error": error}
+    return {"path": path, "verdicts": verdicts, "error": error, "warnings": []}
 
 
 def _counted(*cases: tuple[str, Row], count_as: tuple[str, ...] = ()) -> Confusion:

@@ -152,7 +152,7 @@ def test_a_model_whose_only_line_cannot_be_read_is_not_said_to_lack_it() -> None
     assert found.code == "syntax"
 
 
-@pytest.mark.parametrize("name", ["level", "count", "size"])
+@pytest.mark.parametrize("name", ["level", "count", "size", "none", "error"])
 def test_a_model_is_not_called_like_a_word(name: str) -> None:
     found = checked(f"model {name}\n  face f\n  b: f is level\n").errors
     assert [f.code for f in found] == ["taken"]

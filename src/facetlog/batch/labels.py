@@ -9,6 +9,7 @@ from pathlib import Path
 
 from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.grammar.checking.model import RESERVED_NAMES
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.query_shell.words import nearest
@@ -132,7 +133,7 @@ def _first_word(text: str, known: Mapping[str, object]) -> str | None:
 def check_model_names(models: Iterable[str]) -> None:
     """Raise InputError for a model whose name is what no answer and an error are called."""
     for name in models:
-        if name in (NONE, ERROR):
+        if name in RESERVED_NAMES:
             raise InputError(f"a model is called {name}, which results say of no model: rename it")
 
 
