@@ -29,4 +29,4 @@ def test_a_text_holds_of_its_own_mesh_alone(base: KnowledgeBase, name: str) -> N
 
 
 def test_a_gate_holds_in_a_scan_from_four_places(base: KnowledgeBase) -> None:
-    assert best_verdict(base, "gate", from_scan("gate", 0, places=4)).state is State.HOLDS
+    assert best_verdict(base, "gate", from_scan("gate", 1, places=4)).state is State.HOLDS
