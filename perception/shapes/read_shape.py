@@ -96,7 +96,8 @@ def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
 
     cloud = read_cloud(path)
     if options.sensor is not None:
-        cloud = replace(cloud, seen_from=np.tile(options.sensor, (len(cloud.points), 1)))
+        seen_from = np.tile(options.sensor, (len(cloud.points), 1))
+        cloud = replace(cloud, seen_from=seen_from, sensor_places=None)
     if options.unit is not None:
         unit = METRES_PER[options.unit]
         cloud = replace(

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model, read_colmap
 from facetlog.perception.reading.shape_files.coordinate_resolution import (
@@ -100,10 +102,12 @@ def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
 def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
     with path.open("rb") as file:
         table, viewpoint = read_pcd_points(file, path.name, limits.points)
+    count = len(table.points)
     return Cloud.of(
         table.points,
         normals=table.normals,
         name=path.name,
+        seen_from=None if viewpoint.camera is None else np.tile(viewpoint.camera, (count, 1)),
         sensor_places=viewpoint.places,
         world_axes=viewpoint.world_axes,
     )

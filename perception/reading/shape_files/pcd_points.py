@@ -47,10 +47,12 @@ class Viewpoint:
 
     `places` (k, 3), the likeliest first, or None: a format that leaves open whether points are in
     the world's frame or in the sensor's allows the translation of the pose and the origin.
+    `camera` (3,) is the place that the rows and columns of an organised cloud determine, or None.
     `world_axes` (3, 3) turns the sensor's frame into the world's, None without a rotation.
     """
 
     places: FloatArray | None = None
+    camera: FloatArray | None = None
     world_axes: FloatArray | None = None
 
 
@@ -117,10 +119,9 @@ def _viewpoint(header: _Header, points: FloatArray) -> Viewpoint:
     axes = None
     height, width = header.shape
     is_picture = height > 1 and height * width == len(points)
-    if is_picture:
-        centre = find_camera_centre(points.reshape(height, width, 3))
-        if centre is not None:
-            places.append(centre)
+    camera = find_camera_centre(points.reshape(height, width, 3)) if is_picture else None
+    if camera is not None:
+        places.append(camera)
     stated = len(header.viewpoint) == len(NO_VIEWPOINT) and header.viewpoint != NO_VIEWPOINT
     place, quaternion = np.array(header.viewpoint[:3]), np.array(header.viewpoint[3:])
     if stated and np.isfinite(place).all() and place.any():
@@ -130,7 +131,7 @@ def _viewpoint(header: _Header, points: FloatArray) -> Viewpoint:
         axes = rotation.as_matrix() if rotation.magnitude() > 0.0 else None
     if is_picture or places or axes is not None:
         places.append(np.zeros(3))
-    return Viewpoint(np.array(places) if places else None, axes)
+    return Viewpoint(np.array(places) if places else None, camera, axes)
 
 
 def _header(text: str, name: str) -> _Header:

@@ -25,9 +25,9 @@ class Cloud:
     (m, 3), unit vectors upwards in the cameras' pictures; `errors` (n,), the standard deviation of
     each point in the unit of length. `warnings` say what was left out.
 
-    Without `seen_from`, `sensor_places` (k, 3) are those of which one, or none, may be where all
-    points were seen from, the likeliest first; `world_axes` (3, 3) turns the sensor's frame into
-    the world's, for a file that does not say in which of the two its points are.
+    `sensor_places` (k, 3) are those of which one, or none, may be where all points were seen from,
+    the likeliest first; with `seen_from` beside it, that is sure. `world_axes` (3, 3) turns the
+    sensor's frame into the world's, for a file that does not say in which its points are.
     """
 
     points: FloatArray

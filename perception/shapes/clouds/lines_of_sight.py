@@ -142,7 +142,9 @@ def find_view(
     are hidden from there were seen from elsewhere.
     """
     if cloud.seen_from is not None:
-        return _check_stated(cloud.points, cloud.seen_from, looked, bodies, test)
+        # rows and columns of an organised cloud determine the place: where it may be is no question
+        is_sure = cloud.sensor_places is not None
+        return _check_stated(cloud.points, cloud.seen_from, looked, bodies, test, is_sure=is_sure)
     if cloud.sensor_places is None:
         return View(None)
     points = cloud.points[looked]
@@ -158,18 +160,20 @@ def _check_stated(
     looked: NDArray[np.intp],
     bodies: NDArray[np.intp],
     test: SightTest,
+    *,
+    is_sure: bool,
 ) -> View:
     known = np.isfinite(seen_from).all(axis=1)
     places, of_place = np.unique(seen_from[known], axis=0, return_inverse=True)
     if not 0 < len(places) <= MOST_PLACES:
         return View(seen_from)
-    refused = [not test.is_possible(place) for place in places]
+    refused = [not (is_sure or test.is_possible(place)) for place in places]
     kept = seen_from.copy()
     kept[np.flatnonzero(known)[np.isin(of_place.ravel(), np.flatnonzero(refused))]] = np.nan
     partly = _partly_seen(test.find_hidden(points[looked], kept[looked]), bodies)
     if partly:
         kept[test.find_hidden(points, kept)] = np.nan
-    return View(kept, partly, tuple(places[refused]))
+    return View(kept, () if is_sure else partly, tuple(places[refused]))
 
 
 def _partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:
