@@ -10,7 +10,6 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.length_units import METRES_PER
-from facetlog.perception.reading.shape_files.mesh_checks import NoTrianglesError
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MESH_SUFFIXES
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.shape_options import (
@@ -44,6 +43,7 @@ def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
 
 
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
+    from facetlog.perception.reading.shape_files.mesh_checks import NoTrianglesError
     from facetlog.perception.reading.shape_files.mesh_files import read_mesh
     from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 

@@ -268,7 +268,7 @@ def test_an_arrow_points_at_the_thing_from_where_to_look(table: Recognised) -> N
 def test_an_open_step_that_names_nothing_is_about_the_space_that_nobody_saw() -> None:
     whole = build("cuboid", {})
     one_face = replace(whole, faces=whole.faces[:1], edges=(), bodies=())
-    shown = contents(Subject.of_run(_run(one_face), _unseen_round(half)))
+    shown = contents(Subject.of_run(_run(one_face), _unseen_round(whole)))
 
     def leaves(tree: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
         for step in tree:

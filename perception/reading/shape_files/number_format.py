@@ -47,7 +47,7 @@ class NumberFormat:
 def find_separator(text: str) -> str | None:
     """Return what separates the columns of a row of names or numbers, None for blanks.
 
-    >>> find_separator("x;y;z"), find_separator("1,5 2,5"), find_separator("1, 5, 2")
+    >>> find_separator("x;y;z"), find_separator("1,5 2,5 3,5"), find_separator("1, 5, 2")
     (';', None, ',')
     """
     if ";" in text:
