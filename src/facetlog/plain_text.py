@@ -5,6 +5,7 @@ no file, page or engine takes. This module is one of the lowest, as errors.py is
 """
 
 import codecs
+import io
 import os
 import sys
 
@@ -44,9 +45,10 @@ def open_streams() -> None:
                 os.close(null)
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(descriptor, "w" if descriptor else "r", encoding="utf-8"))
-    for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors=ESCAPED)  # type: ignore[union-attr]
-    sys.stdin.reconfigure(errors="surrogateescape")  # type: ignore[union-attr]
+    streams = (sys.stdout, ESCAPED), (sys.stderr, ESCAPED), (sys.stdin, "surrogateescape")
+    for stream, errors in streams:
+        if isinstance(stream, io.TextIOWrapper):  # not what stands in for it, as in a notebook
+            stream.reconfigure(errors=errors)
 
 
 def _escape(fault: UnicodeError) -> tuple[str, int]:
