@@ -13,6 +13,7 @@ from facetlog.errors import InputError
 __all__ = ["NumberFormat", "find_number_format", "find_separator", "split_row"]
 
 WITH_COMMA = re.compile(r"[+-]?\d*,?\d+(?:[eE][+-]?\d+)?")
+OF_NUMBERS = re.compile(r"[-+]?[\d.,]*\d[\d.,]*(?:[eE][-+]?\d+)?")
 OF_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 INTEGER = re.compile(r"[+-]?\d+")
 # The two halves of 1,234.5 where a comma separates columns, too.
@@ -85,6 +86,8 @@ def find_number_format(name: str, lines: Sequence[str]) -> NumberFormat:
         _check_commas(name, rows)
         return NumberFormat(",", False, trailing)
     words = [word for row in rows for word in row if "," in word]
+    if not all(OF_NUMBERS.fullmatch(word) for word in words):
+        words = []  # prose has commas, too: the reader of the table says what it is
     if not words:
         return NumberFormat(separator, False, trailing)
     if any("." in word or word.count(",") > 1 for word in words):

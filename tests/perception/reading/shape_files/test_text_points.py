@@ -161,3 +161,9 @@ def test_columns_that_are_not_sure_are_refused(case: str) -> None:
 def test_words_within_a_row_of_numbers_are_no_names() -> None:
     with pytest.raises(InputError, match="no table of numbers"):
         points_from_text("a.xyz", b"1 2 3 red\n" * 40, 100)
+
+
+def test_prose_with_commas_is_no_table_of_numbers() -> None:
+    text = b"Permission is hereby granted, free of charge,\nto any person, who obtains a copy\n"
+    with pytest.raises(InputError, match=r"no table of numbers|no x, y, z"):
+        points_from_text("a.txt", text, 100)
