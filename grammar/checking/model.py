@@ -58,7 +58,7 @@ def check_file(scope: Scope) -> tuple[Fault, ...]:
 
 
 RESERVED_NAMES = frozenset({"none", "error"})
-"""What tables of results say where no model holds, and of scenes that have no answer."""
+"""Names that result tables use for "no model holds" and for failed scenes."""
 
 
 @dataclass(slots=True)

@@ -31,7 +31,7 @@ _OPEN_WORDS = frozenset(
 )
 _OPEN_SIGNS = frozenset(",:+-*/=±.(")
 _CLOSING = frozenset('“”‟«»‘’"')
-"""What ends a text in the quotation marks of other programs and languages."""
+"""Closing quotation marks of other programs and languages."""
 _BRACKETS = ("(", ")")
 DEEPEST = 40
 """Brackets within brackets; more is no sentence that a person reads."""

@@ -106,7 +106,7 @@ class _Worker:
         try:
             engine = self._begin()
         except Exception as exc:
-            # Whatever it is, who waits must hear of it.
+            # Report any failure to the threads that wait for the start.
             said = exc if isinstance(exc, EngineError) else None
             self._trouble = said or EngineError(f"SWI-Prolog does not start: {exc}")
             self.ended = True

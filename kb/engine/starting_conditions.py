@@ -1,4 +1,4 @@
-"""What SWI-Prolog needs of its surroundings while it starts, whatever the user's are."""
+"""Environment in which SWI-Prolog starts, whatever the user's environment is."""
 
 import locale
 import logging
@@ -14,10 +14,10 @@ PLACES = ("LIBSWIPL_PATH", "SWI_HOME_DIR")
 """Variables of the environment that say where SWI-Prolog is."""
 
 BOOT_FILE = "boot.prc"
-"""What SWI-Prolog's home holds; without it SWI-Prolog ends the whole process at its start."""
+"""File in SWI-Prolog's home; without it SWI-Prolog ends the whole process at start."""
 
 LOCALE_VARIABLES = ("LC_ALL", "LC_CTYPE", "LANG")
-"""What says how text is encoded, the strongest first."""
+"""Variables that set the text encoding, in order of precedence."""
 
 UTF8_LOCALE = "C.UTF-8"
 

@@ -10,7 +10,7 @@ __all__ = ["Named", "best_first"]
 
 
 class Named(Protocol):
-    """What the place of a verdict in the order depends on."""
+    """Sort key of a verdict."""
 
     @property
     def model(self) -> str:

@@ -275,7 +275,7 @@ class Recognition:
 
     @property
     def best(self) -> tuple[Verdict, ...]:
-        """What holds, the answer first (best_first.py)."""
+        """Verdicts that hold, the answer first (best_first.py)."""
         return tuple(best_first(self.verdicts))
 
     @property
