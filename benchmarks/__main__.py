@@ -31,7 +31,6 @@ MODULES = (
     "pictures.accuracy_online",
     "robot.accuracy_explore",
     "robot.accuracy_map",
-    "robot.accuracy_area",
     "pictures.accuracy_recursion",
     "pictures.accuracy_lines",
     "pictures.accuracy_planes",

@@ -7,7 +7,7 @@ this program hangs or dies, the driver stops the robot. All times are those of t
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import FloatArray
@@ -24,7 +24,7 @@ from facetlog.robot.collecting.way_ahead import Body, free_ahead, safe_speed
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Heard", "MobileBase", "Robot", "RobotView", "WayBlockedError"]
+__all__ = ["MobileBase", "Robot", "RobotView", "WayBlockedError"]
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
 # and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
@@ -47,10 +47,6 @@ STANDING_REPORTS = 3
 STANDING_TIMEOUT = 10.0
 # Metres that odometry may say the robot is inside a circle before that ends the drive.
 INTRUSION = 0.02
-
-
-Heard: TypeAlias = Callable[[Pose2, Sequence[SonarRange]], None]
-"""Is given where the robot is in the world, and the last range of each of its sonars."""
 
 
 class WayBlockedError(DeviceError):
@@ -131,10 +127,9 @@ class Robot(Protocol):
 class MobileBase:
     """A robot that follows routes given in the world frame.
 
-    `start` is the pose of odometry's origin in the world, until it is placed anew. `closed` are the
-    keep-out circles for the robot's middle. `moved` is called with every report while it drives,
-    `heard` with its place and what its sonars said last. With its `body` it goes no faster than its
-    sonars see that the way is free, and waits where it is not.
+    `start` is the pose of odometry's origin in the world. `closed` are the keep-out circles for the
+    robot's middle. `moved` is called with every report while it drives. With its `body` it goes no
+    faster than its sonars see that the way is free, and waits where it is not.
     """
 
     def __init__(
@@ -145,7 +140,6 @@ class MobileBase:
         pace: Pace,
         closed: tuple[Circle, ...] = (),
         moved: Callable[[float, Pose2], None] | None = None,
-        heard: Heard | None = None,
         body: Body | None = None,
     ) -> None:
         self._robot, self._pace = robot, pace
@@ -154,7 +148,6 @@ class MobileBase:
         self.driven = 0.0
         """How far it has driven by odometry, metres."""
         self._closed, self._moved, self._body = closed, moved, body
-        self._heard = heard
         self._last: RobotView | None = None
 
     @property
@@ -171,10 +164,6 @@ class MobileBase:
     def place(self, state: RobotView) -> Pose2:
         """The robot's pose in the world by a report."""
         return self.start.compose(state.pose)
-
-    def stands_at(self, place: Pose2) -> None:
-        """Takes where the robot, which stands, truly is in the world."""
-        self.start = place.compose(self._robot.state.pose.inverse())
 
     def follow(self, route: Route) -> None:
         """Drives along a route and stops at its end.
@@ -290,8 +279,6 @@ class MobileBase:
         self.driven += math.dist((state.pose.x, state.pose.y), (later.pose.x, later.pose.y))
         if self._moved is not None:
             self._moved(later.at, self.place(later))
-        if self._heard is not None:
-            self._heard(self.place(later), later.sonars)
         return later
 
     def _check(self, state: RobotView) -> None:

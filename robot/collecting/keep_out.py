@@ -79,14 +79,10 @@ def rings_round_target(
 ) -> Around:
     """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
 
-    Of an area there are none yet: whoever explores it finds what they are round. Their places are
-    those of the run that is gone on with, if `lines` of collect.jsonl have one round the target.
+    Their places are those of the run that is continued, if `lines` of collect.jsonl have one round
+    the target.
     """
     target = request.tour.target
-    if request.area is not None:
-        x, y, width, height = request.area
-        middle = np.array([x + width / 2, y + height / 2, 0.0])
-        return Around(middle, 0.0, 0.0, reach, pace, request.start, body)
     if target is None:
         raise InputError("--explore needs what is looked at: give --target X,Y,Z")
     place = float(target[0]), float(target[1])

@@ -54,16 +54,16 @@ def _last_heard(folder: Path, lines: Sequence[Mapping[str, object]]) -> LastPlac
     if not path.is_file():
         return None
     sessions = run_sessions(path, runs_of(lines, folder)[-1:])
-    found: tuple[Run, float, RobotState] | None = None
+    found: tuple[Run, RobotState] | None = None
     with suppress(DeviceError):  # a session that ends before its first report
-        for session, run, since in sessions:
+        for session, run, _ in sessions:
             for state in replayed_states(replay(path, session)):
-                found = run, since, state
+                found = run, state
     if found is None:
         return None
-    run, since, state = found
+    run, state = found
     stands = abs(state.speed) < STANDS_SPEED and abs(state.turning) < STANDS_TURNING
     how = "when it was last heard it stood at"
     if not stands:
         how = f"when it was last heard it went at {abs(state.speed):.2f} m/s, at"
-    return LastPlace(run.place(state.pose, since + state.at), how)
+    return LastPlace(run.place(state.pose), how)

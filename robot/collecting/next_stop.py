@@ -18,7 +18,6 @@ from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
 from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.run_sessions import PLACED
 from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadLimits
@@ -28,7 +27,6 @@ from facetlog.robot.pose2 import Pose2
 __all__ = [
     "CHOSEN",
     "EXPLORED",
-    "MOST_DRIFT",
     "Around",
     "Chooser",
     "Chosen",
@@ -38,9 +36,6 @@ __all__ = [
     "reach_of_mount",
 ]
 
-MOST_DRIFT = 0.3
-"""Metres at most by which an area's circles are wider for where the robot stands: after a long way
-odometry would close all of it, and what is in the way is heard where it is now."""
 CHOSEN, EXPLORED = "chosen", "explored"
 """What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
 
@@ -146,15 +141,11 @@ class Around:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chosen:
-    """The next stop; `line` goes to collect.jsonl, `said` to who listens.
-
-    `here` is where the robot stands in the world, if that is known better than by its odometry.
-    """
+    """The next stop; `line` goes to collect.jsonl, `said` to the listener."""
 
     stop: Stop
     line: Mapping[str, object]
     said: tuple[str, ...]
-    here: Pose2 | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -164,7 +155,6 @@ class Finished:
     reason: str
     line: Mapping[str, object]
     said: tuple[str, ...]
-    here: Pose2 | None = None
 
 
 class Chooser(Protocol):
@@ -183,9 +173,8 @@ class ChosenStops:
 
     They are at most as many as the chooser takes beside those that are in the record already. They
     and their ways keep off by one standard deviation more of where the robot stands. `wide` is the
-    radius of the circle for the robot's middle about what blocks its way, m; it is blocked at most
-    `detours` times before that ends the collection. `drift` is the most that is kept off for where
-    the robot stands, m.
+    radius of the circle for the robot's middle about what blocks its way, m; it is blocked as often
+    as there are places round the target before that ends the collection.
     """
 
     def __init__(
@@ -197,11 +186,9 @@ class ChosenStops:
         listener: Listener,
         *,
         wide: float = 0.0,
-        detours: int = PLACES,
-        drift: float = math.inf,
     ) -> None:
         self._chooser, self._around, self._base = chooser, around, base
-        self._wide, self._detours, self._drift = wide, detours, drift
+        self._wide, self._detours = wide, PLACES
         self._record, self._listener = record, listener
         self._most = max(chooser.most - len(record.taken), 0)
         self.closed = around.reach.closed
@@ -231,13 +218,10 @@ class ChosenStops:
     def __iter__(self) -> Iterator[Stop]:
         while True:
             here = self._base.place(self._base.state)
-            margin = min(place_sd(self._base.state.covariance), self._drift)
+            margin = place_sd(self._base.state.covariance)
             around = replace(self._around.kept_off(margin), here=here)
             self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)
-            if found.here is not None:
-                self._base.stands_at(found.here)
-                self._record.note(self._placed())
             self._record.note(found.line)
             for line in found.said:
                 self._listener.note(line)
@@ -246,12 +230,6 @@ class ChosenStops:
                 self.reason = found.reason
                 return
             yield found.stop
-
-    def _placed(self) -> Mapping[str, object]:
-        """The line of collect.jsonl about where the robot stands since its last view was taken."""
-        start, since = self._base.start, max(view.time for view in self._record.taken)
-        at = [start.x, start.y, math.degrees(start.heading)]
-        return {"result": PLACED, "start": at, "since": since}
 
 
 def place_sd(covariance: FloatArray) -> float:

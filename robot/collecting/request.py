@@ -5,7 +5,6 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drive import Heard
 from facetlog.robot.collecting.next_stop import Chooser
 from facetlog.robot.collecting.record import LOG_FILE, Taken, read_record
 from facetlog.robot.collecting.route import Circle
@@ -48,13 +47,9 @@ class Request:
     model: str | None = None
     baud: int | None = None
     chooser: Chooser | None = None
-    """Of what is explored: the tour has a target and no views, or neither for an area."""
-    area: tuple[float, float, float, float] | None = None
-    """That is explored: x and y of its lowest corner, width and height, metres."""
+    """Of what is explored: the tour has a target and no views."""
     until: str | None = None
     """The goal of what is explored, in words."""
-    heard: Heard | None = None
-    """Is given what the sonars say while the robot drives."""
 
 
 def earlier_views(request: Request) -> tuple[Taken, ...]:

@@ -11,7 +11,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 
-from facetlog.errors import DeviceError, FacetlogError, InputError
+from facetlog.errors import DeviceError, FacetlogError
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drawing.map_picture import Floor, Mapped
@@ -24,7 +24,7 @@ from facetlog.robot.collecting.keep_out import (
     rings_round_target,
 )
 from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
-from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, ChosenStops
+from facetlog.robot.collecting.next_stop import Around, ChosenStops
 from facetlog.robot.collecting.order import short_order
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
@@ -38,7 +38,6 @@ from facetlog.robot.collecting.request import (
     earlier_views,
     missing_views,
 )
-from facetlog.robot.collecting.ring_views import PLACES
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
@@ -129,11 +128,6 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         )
         sees = _sees_ahead(robot)
         robot.switch_sonars(sees)
-        if not sees and request.area is not None:
-            raise InputError(
-                "an area is explored by sonars, and this robot's are of no use: it has none whose "
-                "place is known, or its line is too slow for them (give --baud)"
-            )
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
         if coasts := coasts_when_cut(robot.configuration, request.speed):
@@ -170,7 +164,6 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             pace=pace,
             closed=forbidden,
             moved=way.moved,
-            heard=request.heard,
             body=Body(radius, robot.parameters.width) if sees else None,
         )
         rig = Rig(
@@ -192,9 +185,6 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 record,
                 way,
                 wide=radius + CLEARANCE,
-                # Round one target its way is blocked as often as there are places, and no oftener.
-                detours=PLACES if request.area is None else request.chooser.most,
-                drift=math.inf if request.area is None else MOST_DRIFT,
             )
         try:
             with end_recorded(rig, len(stops), record, way):
@@ -286,8 +276,6 @@ def _about(
 ) -> Mapping[str, object]:
     start = request.start
     explored: dict[str, object] = {} if around is None else {"explore": around.to_json()}
-    if request.area is not None:
-        explored["area"] = list(request.area)
     if request.until is not None:
         explored["until"] = request.until
     return {
@@ -320,6 +308,4 @@ def _mapped(
     )
     way.write()
     path = tuple(place for _, place in way.stamped)
-    return Mapped(
-        path, taken, Floor(closed, request.tour.target, radius, missed, request.area), seen.optics
-    )
+    return Mapped(path, taken, Floor(closed, request.tour.target, radius, missed), seen.optics)

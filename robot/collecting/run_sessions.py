@@ -11,45 +11,30 @@ from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["PLACED", "Run", "run_sessions", "runs_of"]
-
-PLACED = "placed"
-"""What a line of collect.jsonl about a robot that pictures show elsewhere has as its `result`."""
+__all__ = ["Run", "run_sessions", "runs_of"]
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A run of a collection: when it began, and after when odometry's origin had which pose in the
-    world, the first one from its beginning; seconds since 1970.
+    """A run of a collection: when it began (seconds since 1970), and the pose of odometry's origin
+    in the world.
     """
 
     began: float
-    origins: tuple[tuple[float, Pose2], ...]
+    origin: Pose2
 
-    def origin(self, at: float) -> Pose2:
-        """The pose of odometry's origin in the world at a time."""
-        since = [origin for begun, origin in self.origins if begun < at]
-        return since[-1] if since else self.origins[0][1]
-
-    def place(self, odometry: Pose2, at: float) -> Pose2:
-        """Where the robot was in the world at a time, by its odometry then."""
-        return self.origin(at).compose(odometry)
+    def place(self, odometry: Pose2) -> Pose2:
+        """Return where the robot was in the world by its odometry."""
+        return self.origin.compose(odometry)
 
 
 def runs_of(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:
     """The runs of which a collection's collect.jsonl tells; InputError where it does not say where
     one began.
     """
-    found: list[Run] = []
-    for line in lines:
-        if "schema" in line:
-            at = _seconds(line.get("began"))
-            found.append(Run(at, ((at, _start(line, folder)),)))
-        elif line.get("result") == PLACED and found:
-            run = found.pop()
-            origin = _seconds(line.get("since")), _start(line, folder)
-            found.append(Run(run.began, (*run.origins, origin)))
-    return tuple(found)
+    return tuple(
+        Run(_seconds(line.get("began")), _start(line, folder)) for line in lines if "schema" in line
+    )
 
 
 def _start(line: Mapping[str, object], folder: Path) -> Pose2:

@@ -17,41 +17,38 @@ from typing import TYPE_CHECKING
 from facetlog.errors import FacetlogError
 from facetlog.folder_judge import FolderJudge
 from facetlog.judge_questions import (
-    EndRecordings,
+    EndRecording,
     Explore,
-    ExplorePlace,
     Judge,
     Opening,
     Question,
 )
-from facetlog.mapping.room_map import ScenePart
 from facetlog.pipeline import open_models
-from facetlog.recordings.area_recording import AreaRecording
 from facetlog.recordings.on_scene import outlined
-from facetlog.recordings.recorders import Recorders
+from facetlog.recordings.recording_request import open_recording
 from facetlog.view_verdicts import ViewVerdict, verdict_of
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.recordings.mcap_recording import McapRecording
 
 __all__ = ["main"]
 
 
 class _Judging:
-    """Who judges, and what records; both are opened once for all questions."""
+    """Judges the folder and records it; both are opened once for all questions."""
 
     def __init__(self, opening: Opening) -> None:
         self._faults: list[str] = []
         """Why there is no recording, until that is said."""
-        self._recorders = Recorders()
+        self._recording: McapRecording | None = None
         try:
-            self._recorders = opening.recordings.open(opening.folder.resolve().name)
+            if opening.mcap is not None:
+                self._recording = open_recording(opening.mcap)
         except FacetlogError as exc:
             self._faults.append(str(exc))
         base = open_models(opening.models, trusted=opening.trusted)
-        recorder = self._recorders if self._recorders.each else None
-        self._judge = FolderJudge(opening.folder, base, recorder)
-        self._area = None if recorder is None else AreaRecording(opening.folder, base, recorder)
+        self._judge = FolderJudge(opening.folder, base, self._recording)
 
     def answer(self, question: Question) -> object:
         """See the question; FacetlogError where recordings cannot be ended."""
@@ -60,10 +57,8 @@ class _Judging:
                 return self._verdict(question)
             case Explore():
                 return self._explored(question)
-            case ExplorePlace():
-                return self._place(question)
-            case EndRecordings():
-                self._end_recordings()
+            case EndRecording():
+                self._end_recording()
                 return None
 
     def _verdict(self, asked: Judge) -> ViewVerdict:
@@ -88,7 +83,7 @@ class _Judging:
         from facetlog.exploring.needs import needs_of
 
         try:
-            if self._recorders.each:
+            if self._recording is not None:
                 self._judge.so_far(asked.views)  # recordings are of the recursion
             whole = self._judge.at_once(asked.views)
             needs = needs_of(whole.scene, whole.recognition, asked.interest)
@@ -97,30 +92,12 @@ class _Judging:
         found = verdict_of(whole.recognition, asked.views, self._problems(), degrees=True)
         return replace(found, needs=needs)
 
-    def _place(self, asked: ExplorePlace) -> tuple[ViewVerdict, ScenePart]:
-        from facetlog.exploring.area_judge import place_verdict
-
-        judge = self._judge
-        found = place_verdict(judge.folder, asked.names, asked.interest, judge.base)
-        if self._area is not None:
-            try:
-                self._area.add(asked.names, found.seen)
-            except FacetlogError as exc:
-                # The robot goes on without a recording; its end says so once more.
-                self._faults.append(str(exc))
-                self._area = None
-        return replace(found.verdict, problems=self._problems()), found.part
-
-    def _end_recordings(self) -> None:
-        from facetlog.mapping.place import is_area
-        from facetlog.robot.collecting.record import read_log
-
+    def _end_recording(self) -> None:
+        if self._recording is None:
+            return
         with suppress(FacetlogError):  # as of a folder in which there is no view yet
-            if not is_area(read_log(self._judge.folder)):
-                self._judge.so_far(sys.maxsize)
-            elif self._area is not None:
-                self._area.rest()
-        self._recorders.close()
+            self._judge.so_far(sys.maxsize)
+        self._recording.close()
 
     def _problems(self) -> tuple[str, ...]:
         """What is to be said besides the verdict, once."""

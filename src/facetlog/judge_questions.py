@@ -4,22 +4,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from facetlog.recordings.recorders import Recordings
-
 if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest
 
-__all__ = ["EndRecordings", "Explore", "ExplorePlace", "Judge", "Opening", "Question"]
+__all__ = ["EndRecording", "Explore", "Judge", "Opening", "Question"]
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """The folder of the views, the models with their trust, and what is recorded."""
+    """The folder of the views, the models with their trust, and the MCAP file to record, if any."""
 
     folder: Path
     models: tuple[Path, ...]
     trusted: bool
-    recordings: Recordings
+    mcap: Path | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +40,8 @@ class Explore:
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorePlace:
-    """The same of views with these names; the answer has the things that they show, too."""
-
-    names: tuple[str, ...]
-    interest: "Interest"
+class EndRecording:
+    """End the recording, with all views that are there; the answer is None."""
 
 
-@dataclass(frozen=True, slots=True)
-class EndRecordings:
-    """Recordings are whole afterwards, with all views that are there; the answer is None."""
-
-
-Question: TypeAlias = Judge | Explore | ExplorePlace | EndRecordings
+Question: TypeAlias = Judge | Explore | EndRecording

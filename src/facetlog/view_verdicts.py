@@ -2,8 +2,8 @@
 
 Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
 renew the robot's lease in time. The pictures are read from the folder, where each is whole: one at
-a time while it grows (folder_judge.py), all at once at the end, and of an area those of each place
-at once (area_judge.py). Recordings are written there too (judge_process.py).
+a time while it grows (folder_judge.py), and all at once at the end. A recording is written there,
+too (judge_process.py).
 """
 
 import socket
@@ -17,14 +17,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from facetlog.errors import EngineError, FacetlogError
-from facetlog.judge_questions import EndRecordings, Explore, ExplorePlace, Judge, Opening, Question
+from facetlog.judge_questions import EndRecording, Explore, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
-from facetlog.mapping.room_map import ScenePart
 from facetlog.perception.first_names import named
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
-from facetlog.recordings.recorders import Recordings
 
 if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest, Needs
@@ -150,10 +148,10 @@ class ViewVerdicts:
         models: tuple[Path, ...] = (),
         *,
         trusted: bool = False,
-        recordings: Recordings | None = None,
+        mcap: Path | None = None,
     ) -> None:
-        self._recordings = recordings or Recordings()
-        self._judge = _JudgeProcess(Opening(folder, models, trusted, self._recordings))
+        self._records = mcap is not None
+        self._judge = _JudgeProcess(Opening(folder, models, trusted, mcap))
         # A thread that waits for its answers: questions that it has not asked yet can be dropped.
         self._asking = ThreadPoolExecutor(1)
         self._asked: list[Future[ViewVerdict]] = []
@@ -170,8 +168,8 @@ class ViewVerdicts:
         for future in self._asked:
             future.cancel()
         try:
-            if self._recordings and not self._judge.has_died:
-                self._submit(EndRecordings()).result()
+            if self._records and not self._judge.has_died:
+                self._submit(EndRecording()).result()
         except _JudgeDiedError:
             pass  # said by the answer to a question
         finally:
@@ -201,18 +199,6 @@ class ViewVerdicts:
         with what was seen; waits for it.
         """
         return _answer(self._submit(Explore(views, interest)))
-
-    def explored_place(
-        self, names: tuple[str, ...], interest: "Interest"
-    ) -> tuple[ViewVerdict, ScenePart]:
-        """The same of views with these names, and the things that they show, in the world."""
-        try:
-            found: tuple[ViewVerdict, ScenePart] = self._submit(
-                ExplorePlace(names, interest)
-            ).result()
-        except _JudgeDiedError as exc:
-            return ViewVerdict(0, fault=str(exc)), ScenePart()
-        return found
 
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.kb.explaining.verdict import Recognition
-from facetlog.mapping.place import LOOKS_AT, Place
 from facetlog.mapping.placed_thing import PlacedThing, Said, placed_things
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
@@ -82,13 +81,11 @@ def write_visit(
     *,
     count: int = 4,
     stated: bool = True,
-    on_the_way: int | None = None,
     x: float = 0.0,
     began: float = 1e9,
 ) -> None:
-    """A collection's folder of rendered views of the block from neighbouring places; of an explored
-    area, of which so many are `on_the_way` and the others look at the block, place 1. The block is
-    at `x` (m), the first view was taken a second after it `began`.
+    """Write a collection's folder of rendered views of the block from neighbouring places. The
+    block is at `x` (m), the first view was taken a second after it `began`.
     """
     poses = []
     for k in range(count):
@@ -101,9 +98,6 @@ def write_visit(
     way = []
     for number, view in enumerate(views, start=1):
         taken = _taken(number, view, began)
-        if on_the_way is not None:
-            looks = Place(1, 0.0, 0.0, 0.2).to_json() if number > on_the_way else {LOOKS_AT: 0}
-            record.note({"result": "chosen", "image": view.name, **looks})
         record.add(taken, view.image)
         way.append((taken.time, taken.robot))
     (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")

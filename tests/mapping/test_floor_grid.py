@@ -80,15 +80,6 @@ def test_where_nothing_echoed_nothing_is_occupied() -> None:
     assert floor.at(0.0, 4.0) is Cell.PASSED
 
 
-def test_an_area_is_mapped_as_large_as_it_is() -> None:
-    floor = floor_grid(Seen((_shown(0.0, 2.0),)), 0.05, area=(-1.0, 0.0, 2.0, 1.0))
-    assert floor.cells.shape == (20, 40)
-    assert (floor.low, floor.high) == ((-1.0, 0.0), (1.0, 1.0))
-    assert floor.middles[0, 0] == pytest.approx([-0.975, 0.025])
-    assert floor.at(0.5, 0.5) is Cell.FREE
-    assert floor.at(-0.5, 0.5) is Cell.UNSEEN
-
-
 def test_of_nothing_there_is_an_empty_map_and_a_huge_one_is_refused() -> None:
     assert floor_grid(Seen()).area(Cell.FREE) == 0.0
     with pytest.raises(InputError, match="give a larger --resolution"):

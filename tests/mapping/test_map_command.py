@@ -10,7 +10,6 @@ import pytest
 from facetlog.cli import main
 from facetlog.errors import InputError
 from facetlog.mapping.visit import check_aligned, read_visit
-from facetlog.robot.collecting.record import LOG_FILE
 from facetlog.robot.rendering.worlds import INCH
 from tests.mapping.rooms import write_visit
 
@@ -97,34 +96,6 @@ def test_what_is_no_collection_is_refused(
     assert "holds no collection" in capsys.readouterr().err
     assert main(["map", str(tmp_path), "--resolution", "0"]) == 2
     assert "--resolution 0.0: give the side of a cell" in capsys.readouterr().err
-
-
-def _explored(folder: Path, area: list[float]) -> None:
-    """Says of a collection that this area was explored."""
-    path = folder / LOG_FILE
-    about, *views = path.read_text(encoding="utf-8").splitlines()
-    lines = [json.dumps({**json.loads(about), "area": area}), *views]
-    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-
-
-def test_the_floor_is_that_of_the_area_that_all_visits_explored(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    area = [-2, -1.5, 4.0, 3.0]
-    folders = [tmp_path / "a", tmp_path / "b"]
-    for folder in folders:
-        write_visit(folder, 0.0, count=2)
-        _explored(folder, area)
-
-    def floor() -> tuple[list[float], float]:
-        main(["map", *map(str, folders), "--json"])
-        found = json.loads(capsys.readouterr().out)["floor"]
-        return found["origin"], len(found["rows"]) * found["resolution"]
-
-    assert floor() == (pytest.approx(area[:2]), pytest.approx(area[3]))
-    # Of another one it is what both saw.
-    _explored(folders[1], [-2.0, -1.5, 4.0, 9.0])
-    assert floor() != (pytest.approx(area[:2]), pytest.approx(area[3]))
 
 
 def test_too_few_views_are_said_and_make_an_empty_map(

@@ -28,7 +28,7 @@ def seen_at(
     pose_sd: float = 0.005,
 ) -> PlacedThing:
     thing = box_thing(*place, 0.3, size, model=model, pose_sd=pose_sd)
-    return replace(thing, source=("one", f"t{number}"), place=number, when=when)
+    return replace(thing, source=("one", f"t{number}"), when=when)
 
 
 def beams(at: float, *, echo: bool, about: tuple[float, float] = FROM) -> tuple[Beam, ...]:

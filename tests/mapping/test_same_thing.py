@@ -120,12 +120,3 @@ def test_within_a_visit_what_the_robot_was_off_by_before_is_off_for_both() -> No
 def test_what_drifted_between_two_looks_may_be_one_thing() -> None:
     before, after = box_thing(0.0, 0.0, pose_sd=0.1), box_thing(0.5, 0.0, pose_sd=0.4)
     assert len(merged([before, after])[0]) == 1
-
-
-def test_what_stands_at_two_places_of_an_area_is_two_unless_they_overlap() -> None:
-    chairs = [
-        replace(box_thing(x, 0.0, pose_sd=sd), place=place)
-        for place, x, sd in ((1, 0.0, 0.1), (2, 1.8, 1.0), (3, 1.9, 1.1))
-    ]
-    things, _ = merged(chairs)
-    assert sorted(len(thing.seen) for thing in things) == [1, 2]

@@ -26,7 +26,7 @@ from facetlog.robot.pose2 import Pose2
 
 BEGAN = 1_700_000_000.125
 START = Pose2(0.4, -0.2, math.radians(30.0))
-RUN = Run(BEGAN, ((BEGAN, START),))
+RUN = Run(BEGAN, START)
 OPTICS = Optics(Camera(64, 48, 50.0, 51.0, 31.0, 23.5), "OPENCV", (("k1", -0.1), ("p2", 0.002)))
 SPEED = 0.2
 # Three views could have been the second; the one that promised half as much a second was nearer.

@@ -20,11 +20,11 @@ from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
-from facetlog.recordings.recorders import Recorders, Recordings, record_collection
+from facetlog.recordings.recording_request import record_collection
 from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.pioneer.odometry_covariance import OdometryErrors
 from facetlog.robot.pose2 import Pose2
-from tests.recordings.collected import BEGAN, OPTICS, RUN, SPEED, START, Collection, collection
+from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
 
 ANSWERS = dict[str, list[tuple[int, Any]]]
 
@@ -148,23 +148,9 @@ def test_each_run_of_a_collection_begins_with_sure_odometry(
     collected: Collection, tmp_path: Path
 ) -> None:
     began = BEGAN + 1.05
-    again = Run(began, ((began, START.compose(Pose2(0.3, 0.1, 0.2))),))
+    again = Run(began, START.compose(Pose2(0.3, 0.1, 0.2)))
     sizes = _sizes_of_covariances(tmp_path / "two.mcap", again, collected)
     assert len([size for size in sizes if size == 0.0]) == 2
-
-
-def test_where_pictures_place_a_robot_makes_its_odometry_neither_surer_nor_less_sure(
-    collected: Collection, tmp_path: Path
-) -> None:
-    there = START.compose(Pose2(0.3, 0.1, 0.2))
-    placed = Run(BEGAN, (*RUN.origins, (BEGAN + 1.0, there)))
-    way = tuple(
-        (at, there.compose(START.between(place)) if at > BEGAN + 1.0 else place)
-        for at, place in collected.way
-    )
-    sizes = _sizes_of_covariances(tmp_path / "placed.mcap", placed, replace(collected, way=way))
-    unplaced = _sizes_of_covariances(tmp_path / "unplaced.mcap", RUN, collected)
-    assert sizes == pytest.approx(unplaced)
 
 
 def test_what_a_killed_recording_left_is_removed_at_the_next_start(
@@ -245,24 +231,6 @@ def test_faces_and_verdicts_are_markers_that_replace_those_before(
     assert len({(each.ns, each.id) for each in said}) == len(said)
 
 
-def test_what_is_known_at_one_place_of_an_area_stays_while_the_next_is_looked_at(
-    collected: Collection, tmp_path: Path
-) -> None:
-    path = tmp_path / "area.mcap"
-    recording = McapRecording(path)
-    first, second = collected.moments()
-    known = replace(first, scene=second.scene, recognition=second.recognition, place=1)
-    later = replace(second.taken, time=second.taken.time + 1.0)
-    for moment in (known, replace(second, place=2), replace(first, taken=later, way=())):
-        recording.add(moment)
-    recording.close()
-    found = messages(path)
-    for what in ("faces", "verdicts"):
-        groups = [{m.ns for m in each.markers if m.action == 0} for _, each in found[_topic(what)]]
-        both = {f"place 1 {what}", f"place 2 {what}"}
-        assert groups == [{f"place 1 {what}"}, both, both]
-
-
 def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_path: Path) -> None:
     path = tmp_path / "nameless.mcap"
     recording = McapRecording(path)
@@ -270,7 +238,7 @@ def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_pat
     assert moment.scene is not None
     assert moment.recognition is not None
     fails = tuple(v for v in moment.recognition.verdicts if v.state is State.FAILS)
-    recording.add(replace(moment, recognition=replace(moment.recognition, verdicts=fails), place=3))
+    recording.add(replace(moment, recognition=replace(moment.recognition, verdicts=fails)))
     recording.close()
     ((_, verdicts),) = messages(path)["/facetlog/verdicts"]
     (said,) = (each for each in verdicts.markers if each.text)
@@ -294,7 +262,7 @@ def test_the_folder_gives_the_same_recording_afterwards(
     assert dict(found.coefficients) == dict(OPTICS.coefficients)
     path = tmp_path / "again.mcap"
     with open_models() as base:
-        assert record_collection(folder, Recordings(mcap=path), base) == 2
+        assert record_collection(folder, path, base) == 2
     again = messages(path)
     for topic in ("/joint_states", "/camera/camera_info", "/camera/image/compressed"):
         assert [at for at, _ in again[topic]] == [at for at, _ in heard[topic]]
@@ -307,26 +275,6 @@ def test_the_folder_gives_the_same_recording_afterwards(
         assert last[pair] == pytest.approx(transform, abs=1e-9)
 
 
-class Stubborn:
-    """A recording that cannot be ended."""
-
-    def add(self, moment: object) -> None: ...
-
-    def close(self) -> None:
-        raise InputError("the viewer takes no more")
-
-
-def test_a_recording_that_cannot_be_ended_keeps_no_other_from_it(
-    collected: Collection, tmp_path: Path
-) -> None:
-    path = tmp_path / "a.mcap"
-    recorders = Recorders((Stubborn(), McapRecording(path), Stubborn()))
-    recorders.add(collected.moments()[0])
-    with pytest.raises(InputError, match="takes no more"):
-        recorders.close()
-    assert len(messages(path)["/joint_states"]) == 1
-
-
 def test_what_cannot_be_recorded_is_said_with_the_way_out(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"--mcap .*ends in \.mcap"):
         McapRecording(tmp_path / "views.bag")
@@ -334,4 +282,4 @@ def test_what_cannot_be_recorded_is_said_with_the_way_out(tmp_path: Path) -> Non
     with pytest.raises(InputError, match="cannot be written"):
         McapRecording(tmp_path / "file" / "views.mcap")
     with open_models() as base, pytest.raises(InputError, match="no collection"):
-        record_collection(tmp_path, Recordings(mcap=tmp_path / "a.mcap"), base)
+        record_collection(tmp_path, tmp_path / "a.mcap", base)

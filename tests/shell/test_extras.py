@@ -32,7 +32,6 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
         ("matplotlib", "", ["mat", "-o", "mat.pdf"], "plots"),
         ("pygls", "facetlog.grammar.language_server.", ["model", "lsp"], "editor"),
         ("rosbags", "facetlog.recordings.", ["record", "views", "--mcap", "a.mcap"], "mcap"),
-        ("rerun", "facetlog.recordings.", ["record", "views", "--rerun", "a.rrd"], "rerun"),
         ("distributed", "", ["classify", "a.json", "-o", "a.csv", "--dask", "tcp://a:1"], "dask"),
     ],
 )

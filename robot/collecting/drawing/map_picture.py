@@ -3,7 +3,7 @@
 Drawn: the floor that pictures show, darker where more of them do, each view's line of sight to
 where it meets the floor, the path driven, where the robot stood for each view (a circle of its size
 with its heading), ellipses of two standard deviations, the keep-out circles, the tour's target or
-the area that was explored, what was recognised with its outlines, a scale and a legend of all that.
+what was recognised with its outlines, a scale and a legend of all that.
 Lines end with the map, so that none crosses the words about it.
 """
 
@@ -44,7 +44,7 @@ PAPER, GRID, INK = (255, 255, 255), (228, 228, 228), (60, 60, 60)
 WAY, ROBOT, SEEN, SIGHT = (190, 120, 20), (60, 60, 60), (120, 190, 120), (90, 160, 90)
 FOUND = (30, 30, 190)
 CLOSED, TARGET, ELLIPSE, MISSED = (150, 150, 240), (40, 40, 210), (200, 60, 160), (170, 170, 170)
-RIM, AREA = (200, 200, 200), (30, 140, 220)
+RIM = (200, 200, 200)
 # Pixels of the dot where the robot stood, and the size of words beside what they name.
 DOT_PX, WORD = 4, 0.5
 # The share of an arrow that its head takes.
@@ -61,24 +61,13 @@ FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 class Floor:
     """The floor: keep-out circles `closed` to the whole robot, the target, the robot's radius.
 
-    `missed` are places (x, y) of the tour's views that were not taken; `area` is what was explored:
-    x and y of its lowest corner, width and height.
+    `missed` are places (x, y) of the tour's views that were not taken.
     """
 
     closed: tuple[Circle, ...]
     target: FloatArray | None
     robot_radius: float
     missed: tuple[Point, ...] = ()
-    area: tuple[float, float, float, float] | None = None
-
-    @property
-    def rim(self) -> tuple[Point, ...]:
-        """The area's corners, the first one again at the end; none without an area."""
-        if self.area is None:
-            return ()
-        x, y, width, height = self.area
-        right, top = x + width, y + height
-        return (x, y), (right, y), (right, top), (x, top), (x, y)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -157,8 +146,6 @@ def map_png(
     most = _seen(canvas, taken, optics)
     _grid(canvas)
     _circles(canvas, floor)
-    if floor.rim:
-        canvas.line(floor.rim, AREA, 2)
     for view in taken:
         place = (float(view.pose.centre[0]), float(view.pose.centre[1]))
         x, y = looked_at(view.pose, optics.camera, canvas.reach).tolist()
@@ -188,7 +175,7 @@ def _places(
 ) -> FloatArray:
     """Points (n, 2) that must be on the map; the origin if there is nothing."""
     places = [(p.x, p.y) for p in path] + [(v.robot.x, v.robot.y) for v in taken]
-    places += [*floor.missed, *floor.rim]
+    places += floor.missed
     places += [(x, y) for each in found for loop in each.outlines for x, y, _ in loop.tolist()]
     places += [(c.x + s * c.radius, c.y + s * c.radius) for c in floor.closed for s in (-1, 1)]
     if floor.target is not None:
@@ -332,8 +319,6 @@ def _entries(taken: int, floor: Floor, *, found: bool) -> list[Entry]:
         entries.append(("looked at", TARGET, cv2.MARKER_CROSS))
     if floor.closed:
         entries.append(("keep-out", CLOSED, RING))
-    if floor.area is not None:
-        entries.append(("area", AREA, STROKE))
     if floor.missed:
         entries.append((f"{len(floor.missed)} not taken", MISSED, cv2.MARKER_TILTED_CROSS))
     # How many they are is known when the floor is drawn; they are no more than there are views.

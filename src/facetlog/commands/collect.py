@@ -11,15 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.__main__ import INTERRUPTED
-from facetlog.commands.collect_area import (
-    MAP_FOLDER,
-    AreaOption,
-    area_explorer,
-    checked_area,
-    mapped_area,
-    recognised_in,
-    refuse_area,
-)
 from facetlog.commands.collect_checks import (
     asked_tour,
     check_explored,
@@ -30,7 +21,6 @@ from facetlog.commands.collect_checks import (
 )
 from facetlog.commands.collect_explored import (
     DEFAULT_MOST,
-    MOST_OF_AREA,
     DryRun,
     Explore,
     MostViews,
@@ -40,7 +30,6 @@ from facetlog.commands.collect_explored import (
     recorded_goal,
 )
 from facetlog.commands.collect_explored import dry_run as say_next
-from facetlog.commands.map import map_lines
 from facetlog.commands.robot_options import (
     DEFAULT_SPEED,
     Baud,
@@ -53,7 +42,6 @@ from facetlog.commands.robot_options import (
     Mcap,
     Model,
     Noiseless,
-    Rerun,
     RobotAddress,
     Speed,
     Start,
@@ -74,10 +62,7 @@ from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, note, warn
 
 if TYPE_CHECKING:
-    from facetlog.exploring.area import AreaExplorer
     from facetlog.exploring.explorer import Explorer
-    from facetlog.mapping.room_map import RoomMap
-    from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.request import Request
     from facetlog.robot.collecting.run import Collected
@@ -102,7 +87,6 @@ def collect_command(
     ] = None,
     explore: Explore = False,
     target: Target = None,
-    area: AreaOption = None,
     until: Until = None,
     max_views: MostViews = None,
     dry_run: DryRun = False,
@@ -137,7 +121,6 @@ def collect_command(
     models: Models = None,
     trust: Trust = False,
     mcap: Mcap = None,
-    rerun: Rerun = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Resume DIR: take the views that are missing there.")
     ] = False,
@@ -146,7 +129,7 @@ def collect_command(
     model: Model = None,
     baud: Baud = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace recordings that are there already.")
+        bool, typer.Option("--overwrite", help="Replace a recording that is there already.")
     ] = False,
     as_json: AsJson = False,
 ) -> int:
@@ -155,38 +138,22 @@ def collect_command(
     With --recognize or --explore also 1 if no model matches, or --until is not reached.
     """
     from facetlog.perception.reading.pose_files.poses_file import metres_per
-    from facetlog.recordings.recorders import Recordings
+    from facetlog.recordings.recording_request import check_recording
     from facetlog.robot.collecting.drawing.map_picture import Found
     from facetlog.robot.collecting.request import Request, check_begun
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, read_mount
 
     short = checked_order(order, explore=explore)
     begin = parsed_start(start)
-    # A robot that goes on, or is not asked, stands elsewhere than where it began.
-    room = checked_area(area, None if dry_run else begin, {"--target": target, "--until": until})
-    most = max_views or (DEFAULT_MOST if room is None else MOST_OF_AREA)
-    goal = checked_explore(
-        explore,
-        tour,
-        target,
-        until,
-        max_views if max_views is not None else most,
-        keep_out,
-        dry_run,
-        room is not None,
-    )
+    most = DEFAULT_MOST if max_views is None else max_views
+    goal = checked_explore(explore, tour, target, until, most, keep_out, dry_run)
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
-    if room is None and (resume or dry_run):
-        refuse_area(out)
     if explore and dry_run:
         check_explored(out)
         goal = goal or recorded_goal(out)
         with ended_by_signals(), ExitStack() as stack:
-            verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)
-            if room is not None:
-                going_on = area_explorer(verdicts, room, most, out, resume=True)
-                return say_next(out, going_on, as_json=as_json)
+            verdicts = _judging(stack, out, tuple(models or ()), trust, None, goal)
             return say_next(out, explorer_of(verdicts, goal, most), as_json=as_json)
     if resume:
         check_begun(out)
@@ -199,7 +166,7 @@ def collect_command(
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
-        asked_tour(tour, target, room, scale),
+        asked_tour(tour, target, scale),
         out,
         camera,
         optics,
@@ -217,37 +184,27 @@ def collect_command(
         resume=resume,
         model=model,
         baud=baud,
-        area=room,
         until=until,
     )
     with ended_by_signals(), ExitStack() as stack:
-        recordings = Recordings(mcap, rerun)
-        recordings.check(models or (), overwrite=overwrite)
-        recordings.check_beside(out)
+        if mcap is not None:
+            check_recording(mcap, out, models or (), overwrite=overwrite)
         judging: ViewVerdicts | None = None
-        explorer: Explorer | AreaExplorer | None = None
-        if recognize or recordings or explore:
-            judging = _judging(stack, out, tuple(models or ()), trust, recordings, goal)
-        if judging and room is not None:
-            explorer = by_area = area_explorer(judging, room, most, out, resume=resume)
-            request = replace(request, heard=by_area.heard)
-        elif judging and explore:
+        explorer: Explorer | None = None
+        if recognize or mcap or explore:
+            judging = _judging(stack, out, tuple(models or ()), trust, mcap, goal)
+        if judging and explore:
             explorer = explorer_of(judging, goal, most)
         collected = _collected(replace(request, chooser=explorer), judging)
-        said = judging if (recognize or explore) and room is None else None
+        said = judging if recognize or explore else None
         last = _last_verdict(said, len(collected.taken), degrees=explore) if said else None
     if last is not None and collected.mapped is not None:
         collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
-    found = None
-    if room is not None and len(collected.taken) >= LEAST_VIEWS:
-        found = mapped_area(out, room, tuple(models or ()), trusted=trust)
-        if collected.mapped is not None:
-            collected.mapped.draw(out, recognised_in(found))
-    _answer(collected, last, found, explored=explorer is not None, as_json=as_json)
+    _answer(collected, last, explored=explorer is not None, as_json=as_json)
     if collected.ended.fault is not None:  # which was said when it came
         return collected.ended.fault.exit_code
     complete = not collected.plan.skipped and (last is None or bool(last.best))
-    if explorer is not None and (goal is not None or room is not None):
+    if explorer is not None and goal is not None:
         complete = explorer.reached
     return YES if complete else NO
 
@@ -257,7 +214,7 @@ def _judging(
     folder: Path,
     models: tuple[Path, ...],
     trusted: bool,
-    recordings: "Recordings",
+    mcap: Path | None,
     goal: "Goal | None" = None,
 ) -> "ViewVerdicts":
     """The process that judges and records; unusable models are refused before the robot moves."""
@@ -267,7 +224,7 @@ def _judging(
     with open_models(models, trusted=trusted) as base:
         if goal is not None and goal.model not in base.models:
             raise InputError(f"--until: there is no model {goal.model!r}: give it by --models")
-    verdicts = ViewVerdicts(folder, models, trusted=trusted, recordings=recordings)
+    verdicts = ViewVerdicts(folder, models, trusted=trusted, mcap=mcap)
     return stack.enter_context(verdicts)
 
 
@@ -343,7 +300,6 @@ def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "Vi
 def _answer(
     collected: "Collected",
     last: "ViewVerdict | None",
-    found: "RoomMap | None",
     *,
     explored: bool,
     as_json: bool,
@@ -352,9 +308,6 @@ def _answer(
         document: dict[str, object] = {"schema": SCHEMA, **collected.to_json()}
         if last is not None:
             document["verdict"] = last.document if last.document is not None else last.fault
-        if found is not None:
-            document["map"] = MAP_FOLDER
-            document["things"] = [thing.model or None for thing in found.things]
         typer.echo(json.dumps(document, indent=1))
         return
     there, wanted = len(collected.taken), len(collected.plan.stops) + len(collected.plan.skipped)
@@ -367,6 +320,3 @@ def _answer(
         typer.echo(f"no further view: {collected.reason}")
     if last is not None:
         typer.echo(last.line)
-    if found is not None:
-        for line in map_lines(found):
-            typer.echo(line)

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from facetlog.commands.collect_area import Area, area_tour
 from facetlog.commands.collect_explored import checked_goal, target_tour
 from facetlog.commands.robot_options import numbers_in
 from facetlog.errors import InputError
@@ -42,29 +41,18 @@ def checked_explore(
     most: int,
     keep_out: list[str] | None,
     dry: bool,
-    of_area: bool,
 ) -> "Goal | None":
     """The goal, if there is one; InputError for options that do not go together."""
     if not explore:
         if tour is None:
-            raise InputError(
-                "give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS, or --explore "
-                "--area X,Y,W,H"
-            )
-        alone = {
-            "--target": target,
-            "--area": of_area or None,
-            "--until": until,
-            "--dry-run": dry or None,
-        }
+            raise InputError("give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS")
+        alone = {"--target": target, "--until": until, "--dry-run": dry or None}
         for name in (name for name, value in alone.items() if value is not None):
             raise InputError(f"{name} goes with --explore")
         return None
     if tour is not None:
         raise InputError("--explore chooses the views itself: leave out --tour")
-    if of_area and keep_out and any("," not in each for each in keep_out):
-        raise InputError("--keep-out of an area is X,Y,RADIUS: what it finds it keeps off anyway")
-    if not dry and not of_area:
+    if not dry:
         _check_target(target, keep_out)
     return checked_goal(until, most)
 
@@ -85,8 +73,7 @@ def _check_target(target: str | None, keep_out: list[str] | None) -> None:
     if not keep_out:
         lacks.append("--keep-out RADIUS (how near the robot may come, metres)")
     if lacks:
-        instead = ", or --area X,Y,W,H" if target is None else ""
-        raise InputError(f"--explore needs {' and '.join(lacks)}{instead}")
+        raise InputError(f"--explore needs {' and '.join(lacks)}")
 
 
 def circles_in(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
@@ -115,12 +102,9 @@ def _tour(name: str, scale: float | None) -> "Tour":
     return paper_tour() if name == PAPER_TOUR else read_tour(Path(name), unit=scale)
 
 
-def asked_tour(
-    tour: str | None, target: str | None, area: "Area | None", scale: float | None
-) -> "Tour":
-    if tour is not None:
-        return _tour(tour, scale)
-    return target_tour(target) if area is None else area_tour(area)
+def asked_tour(tour: str | None, target: str | None, scale: float | None) -> "Tour":
+    """Return the tour of a file or name, else one without views that looks at the target."""
+    return target_tour(target) if tour is None else _tour(tour, scale)
 
 
 def where_it_stood(folder: Path) -> str:

@@ -1,7 +1,6 @@
 """`facetlog collect --explore`: what is looked at and asked, and the choice from a record."""
 
 import json
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MOST",
-    "MOST_OF_AREA",
     "DryRun",
     "Explore",
     "MostViews",
@@ -37,8 +35,6 @@ __all__ = [
 
 DEFAULT_MOST = 24
 """As many views as the paper's tour has, of one target."""
-MOST_OF_AREA = 120
-"""Of an area: eight things with twelve views each, and one in five on the way."""
 
 Explore = Annotated[
     bool, typer.Option("--explore", help="No tour: each next view is chosen by what is undecided.")
@@ -55,7 +51,7 @@ MostViews = Annotated[
     typer.Option(
         "--max-views",
         metavar="N",
-        help=f"Explore with so many views at most: {DEFAULT_MOST}, of an area {MOST_OF_AREA}.",
+        help=f"Explore with so many views at most (default: {DEFAULT_MOST}).",
     ),
 ]
 DryRun = Annotated[
@@ -106,8 +102,7 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
 
     Exit code 1 if none does. InputError for another folder.
     """
-    from facetlog.mapping.place import is_area
-    from facetlog.robot.collecting.next_stop import MOST_DRIFT, Around, Chosen, Finished, place_sd
+    from facetlog.robot.collecting.next_stop import Around, Chosen, Finished, place_sd
     from facetlog.robot.collecting.record import read_log, read_record
     from facetlog.robot.collecting.run_sessions import runs_of
 
@@ -116,10 +111,10 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
     _, taken = read_record(folder)
     if taken:
         newest = max(taken, key=lambda view: view.time)
-        margin = min(place_sd(newest.covariance), MOST_DRIFT if is_area(lines) else math.inf)
+        margin = place_sd(newest.covariance)
         # Pictures may have put right since then where it stands.
         runs = [run for run in runs_of(lines, folder) if run.began <= newest.time]
-        here = runs[-1].place(newest.odometry, newest.time) if runs else newest.robot
+        here = runs[-1].place(newest.odometry) if runs else newest.robot
         around = replace(around.kept_off(margin), here=here)
     found = explorer.next_stop(around, taken)
     if as_json:

@@ -30,7 +30,6 @@ __all__ = [
     "Mcap",
     "Model",
     "Noiseless",
-    "Rerun",
     "RobotAddress",
     "Speed",
     "Start",
@@ -111,13 +110,7 @@ Baud = Annotated[
 
 Mcap = Annotated[
     Path | None,
-    typer.Option("--mcap", metavar="FILE", help="Record for ROS 2 tools: a file .mcap."),
-]
-Rerun = Annotated[
-    str | None,
-    typer.Option(
-        "--rerun", metavar="WHERE", help="Record for Rerun: live, a file .rrd, or a viewer's URL."
-    ),
+    typer.Option("--mcap", metavar="FILE", help="Record for ROS 2 tools and Rerun: a file .mcap."),
 ]
 
 

@@ -100,16 +100,12 @@ class FloorGrid:
         return Cell(int(self.cells[row, column])) if inside else Cell.UNSEEN
 
 
-def floor_grid(
-    seen: Seen,
-    side: float = RESOLUTION,
-    area: tuple[float, float, float, float] | None = None,
-) -> FloorGrid:
-    """The floor of what was seen, or of an `area`: x and y of its lowest corner, width, height."""
+def floor_grid(seen: Seen, side: float = RESOLUTION) -> FloorGrid:
+    """Return the floor of what was seen, in cells of a side (m)."""
     coarse = [shown_points(lattice, np.inf) for lattice in seen.lattices]
-    low, high = _extent(seen, coarse) if area is None else _corners(area)
-    first = np.floor(low / side).astype(int) - (0 if area else BORDER)
-    columns, rows = (np.ceil(high / side).astype(int) + (0 if area else BORDER) - first).tolist()
+    low, high = _extent(seen, coarse)
+    first = np.floor(low / side).astype(int) - BORDER
+    columns, rows = (np.ceil(high / side).astype(int) + BORDER - first).tolist()
     if rows * columns > MOST_CELLS:
         raise InputError(
             f"the map would have {columns} × {rows} cells of {side:g} m: give a larger --resolution"
@@ -142,11 +138,6 @@ def shown_points(lattice: SeenLattice, side: float) -> FloatArray:
     places = (at[:, None] + fine).reshape(-1, 2) @ lattice.steps + lattice.corner
     flat: FloatArray = places[:, :2]
     return flat
-
-
-def _corners(area: tuple[float, float, float, float]) -> tuple[FloatArray, FloatArray]:
-    x, y, width, height = area
-    return np.array([x, y]), np.array([x + width, y + height])
 
 
 def _extent(seen: Seen, points: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:

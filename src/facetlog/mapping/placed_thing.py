@@ -69,8 +69,6 @@ class PlacedThing:
     said: tuple[Said, ...] = ()
     triangles: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)), compare=False)
     """Triangles (n, 3, 3) that fill its faces, counter-clockwise from outside."""
-    place: int = 0
-    """The number of the place of an explored area at which it was looked at; 0 of no such one."""
     when: tuple[float, float] = (0.0, 0.0)
     """When the first and the last of its views were taken, seconds since 1970; 0 where nobody
     said."""

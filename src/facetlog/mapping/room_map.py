@@ -1,8 +1,8 @@
 """The map of a room from the scenes of one or several visits."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING
 from facetlog.errors import FacetlogError, InputError
 from facetlog.mapping.floor_grid import RESOLUTION, FloorGrid, Seen, floor_grid
 from facetlog.mapping.moved_thing import Looks, Moved, without_moved
-from facetlog.mapping.place import thing_at
 from facetlog.mapping.placed_thing import PlacedThing, placed_things
 from facetlog.mapping.same_thing import Clash, MappedThing, merged
 from facetlog.mapping.visit import Look, Visit, check_aligned, grouped_views, read_visit
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import Pose
 from facetlog.robot.collecting.record import LOG_FILE, Taken
 from facetlog.robot.pose2 import Pose2
 
@@ -30,15 +28,12 @@ __all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_pa
 @dataclass(frozen=True, eq=False, slots=True)
 class ScenePart:
     """What one scene gives to a map: its things in the world, the ground that it shows, and when
-    the views of each lattice were taken, where that is known (seconds since 1970). `poses` are of
-    its views by their names, as aligned by what all show. Views that make no scene give nothing:
-    `ScenePart()`.
+    the views of each lattice were taken, where that is known (seconds since 1970).
     """
 
     things: tuple[PlacedThing, ...] = ()
     lattices: tuple[SeenLattice, ...] = ()
     times: tuple[tuple[float, ...], ...] = ()
-    poses: Mapping[str, Pose] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,21 +59,16 @@ def map_of(
     *,
     side: float = RESOLUTION,
     aligned: bool = False,
-    area: tuple[float, float, float, float] | None = None,
     progress: "Progress | None" = None,
 ) -> RoomMap:
     """The map of what collections' folders hold; `side` is that of a cell of the floor, metres.
 
-    Its floor is that of an `area` (x and y of its lowest corner, width, height), or of the one that
-    all visits explored, or of all that was seen. With `aligned` their worlds count as one though
-    nobody said so. InputError for a folder that is no collection's, or where worlds are not known
-    to be one.
+    With `aligned` their worlds count as one though nobody said so. InputError for a folder that is
+    no collection's, or where worlds are not known to be one.
     """
     visits = [_visit(folder) for folder in dict.fromkeys(folders)]
     if not aligned:
         check_aligned(visits)
-    if area is None and len(areas := {visit.area for visit in visits}) == 1:
-        (area,) = areas
     parts: list[ScenePart] = []
     notes: list[str] = []
     names = _names(visits)
@@ -94,12 +84,8 @@ def map_of(
             except FacetlogError as exc:
                 notes.append(f"{visit.folder}: {exc}")
                 continue
-            if look.place is not None:
-                # What else its pictures show from afar has views of its own.
-                own = thing_at(look.place, part.things)
-                part = replace(part, things=() if own is None else (own,))
             parts.append(part)
-    return mapped_room(visits, names, parts, side=side, area=area, notes=notes)
+    return mapped_room(visits, names, parts, side=side, notes=notes)
 
 
 def mapped_room(
@@ -108,7 +94,6 @@ def mapped_room(
     parts: Sequence[ScenePart],
     *,
     side: float = RESOLUTION,
-    area: tuple[float, float, float, float] | None = None,
     notes: Iterable[str] = (),
 ) -> RoomMap:
     """The map of visits, of which the scenes are there already."""
@@ -127,7 +112,7 @@ def mapped_room(
     return RoomMap(
         tuple(names),
         things,
-        floor_grid(seen, side, area),
+        floor_grid(seen, side),
         tuple(visit.way for visit in visits),
         tuple(view for visit in visits for view in visit.taken),
         (*notes, *map(_clash_line, clashes), *map(_moved_line, moved)),
@@ -152,16 +137,14 @@ def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
         () if errors is None else errors.poses,
         None if errors is None else errors.covariances,
     )
-    poses = dict(zip(found.scene.views, found.scene.poses, strict=True))
     if not look.times:
-        return ScenePart(things, ground, poses=poses)
+        return ScenePart(things, ground)
     at = [look.times[name] for name in found.scene.views]
     when = min(at), max(at)
     return ScenePart(
         tuple(replace(thing, when=when) for thing in things),
         ground,
         tuple(tuple(at[view] for view in lattice.views) for lattice in ground),
-        poses,
     )
 
 

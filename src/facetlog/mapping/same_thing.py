@@ -78,23 +78,7 @@ def distance(one: PlacedThing, other: PlacedThing) -> float:
     """The Mahalanobis distance of two things' poses (x, y, heading), with their headings as near
     as what looks the same allows.
     """
-    return _distance(_apart(one, other), _cov_apart(one, other))
-
-
-def _told_apart(one: PlacedThing, other: PlacedThing) -> bool:
-    """Whether they were looked at on one visit at two places (place.py)."""
-    return one.source[0] == other.source[0] and 0 not in {
-        one.place,
-        other.place,
-        one.place - other.place,
-    }
-
-
-def _cov_apart(one: PlacedThing, other: PlacedThing) -> FloatArray:
-    """The same as `cov_between`; of what was told apart within a visit without what drifted."""
-    if _told_apart(one, other):
-        return np.asarray(one.box.cov[:3, :3] + other.box.cov[:3, :3])
-    return cov_between(one, other)
+    return _distance(_apart(one, other), cov_between(one, other))
 
 
 def cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
@@ -176,8 +160,6 @@ def _distance(apart: FloatArray, cov: FloatArray) -> float:
 
 def _is_same(one: PlacedThing, other: PlacedThing) -> bool:
     """Whether both may be estimates of one pose and one size."""
-    if _told_apart(one, other):
-        return False
     gate = math.sqrt(float(chi2.ppf(GATE_SHARE, 3)))
     return alike(one, other) and distance(one, other) <= gate
 
@@ -204,7 +186,7 @@ def _shared(one: PlacedThing, other: PlacedThing) -> float:
 
     Each is as much larger as it is unsure where it is: of a sheet there would be nothing.
     """
-    reach = REACH_SDS * math.sqrt(float(_cov_apart(one, other)[:2, :2].trace()) / 2)
+    reach = REACH_SDS * math.sqrt(float(cov_between(one, other)[:2, :2].trace()) / 2)
     reach = max(reach, float(np.finfo(np.float32).eps))
     plans = [thing.plan.buffer(reach, quad_segs=2) for thing in (one, other)]
     in_plan = shapely.area(find_intersection(*plans)) / min(shapely.area(p) for p in plans)

@@ -72,7 +72,7 @@ def _beams(
     """Each measurement once, from where the robot was when it was reported."""
     known: dict[int, float] = {}
     for state in replayed_states(replay(path, session), connected=opened.append):
-        robot = run.place(state.pose, since + state.at)
+        robot = run.place(state.pose)
         for beam in new_beams(robot, state.sonars, known):
             yield replace(beam, at=since + beam.at)
 

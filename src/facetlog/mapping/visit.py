@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import InputError
-from facetlog.mapping.place import Place, places_of
 from facetlog.mapping.sonar_beams import Driven, driven
 from facetlog.mapping.view_groups import view_groups
 from facetlog.perception.fewest_views import FEWEST_VIEWS
@@ -33,7 +32,6 @@ __all__ = [
     "chosen_views",
     "grouped_views",
     "read_visit",
-    "recorded_area",
 ]
 
 START_STATED = "start_stated"
@@ -55,10 +53,6 @@ class Visit:
     way: tuple[Pose2, ...]
     stated: bool
     driven: Driven = NOT_LOGGED
-    places: tuple[Place, ...] = ()
-    """Of an area that was explored."""
-    area: tuple[float, float, float, float] | None = None
-    """That was explored: x and y of its lowest corner, width and height, in the world, metres."""
 
     @property
     def name(self) -> str:
@@ -79,8 +73,6 @@ def read_visit(folder: Path) -> Visit:
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
         driven(folder, runs_of(lines, folder)),
-        places_of(lines),
-        recorded_area(runs),
     )
 
 
@@ -90,18 +82,6 @@ def _is_stated(run: Mapping[str, object]) -> bool:
         return stated
     # Collections from before that was recorded: the default is the world's origin.
     return run.get("start") not in ([0.0, 0.0, 0.0], [0, 0, 0])
-
-
-def recorded_area(runs: Sequence[Mapping[str, object]]) -> tuple[float, float, float, float] | None:
-    """The area that a collection explored, as its log has it; None of another collection.
-
-    All runs of a folder have the same: x and y of its lowest corner, width and height (metres).
-    """
-    area = next((run["area"] for run in runs if "area" in run), None)
-    if not isinstance(area, list):
-        return None
-    x, y, width, height = (float(str(each)) for each in area)
-    return x, y, width, height
 
 
 def check_aligned(visits: Sequence[Visit]) -> None:
@@ -124,24 +104,23 @@ def check_aligned(visits: Sequence[Visit]) -> None:
 @dataclass(frozen=True, eq=False, slots=True)
 class Look:
     """Views that look at one place, with their poses corrected by the pictures, which are as sure
-    as beside the first of them; `errors` are those in the world, and `place` is which it is, if the
-    collection says it. `times` are when each was taken, by its name, seconds since 1970.
+    as beside the first of them; `errors` are those in the world. `times` are when each was taken,
+    by its name, seconds since 1970.
     """
 
     views: "ViewSet"
     errors: "PoseErrors | None"
-    place: Place | None = None
     times: Mapping[str, float] = field(default_factory=dict)
 
 
 def grouped_views(visit: Visit) -> tuple[Look, ...]:
-    """The views that look at one place each, as the collection says or by view_groups.py, in the
-    order in which they were taken. InputError if they cannot be read.
+    """The views that look at one place each (view_groups.py), in the order in which they were
+    taken. InputError if they cannot be read.
     """
     from facetlog.perception.reading.read_views import read_views
 
     found = read_views(visit.folder / TRANSFORMS_FILE)
-    groups = _groups(visit, found)
+    groups = view_groups([view.pose for view in found.views])
     looks = []
     times = {view.name: view.time for view in visit.taken}
     for number, own in enumerate(groups, start=1):
@@ -149,20 +128,8 @@ def grouped_views(visit: Visit) -> tuple[Look, ...]:
             continue
         name = found.name if len(groups) == 1 else f"{found.name}-{number}"
         look = chosen_views(found, own, name)
-        place = visit.places[number - 1] if visit.places else None
-        looks.append(replace(look, place=place, times=times))
+        looks.append(replace(look, times=times))
     return tuple(looks)
-
-
-def _groups(visit: Visit, found: "ViewSet") -> tuple[tuple[int, ...], ...]:
-    """The views (indices) of each group: as the collection says, else as they look."""
-    if not visit.places:
-        return view_groups([view.pose for view in found.views])
-    index = {view.name: k for k, view in enumerate(found.views)}
-    return tuple(
-        tuple(sorted(index[name] for name in place.names if name in index))
-        for place in visit.places
-    )
 
 
 def chosen_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:

@@ -104,8 +104,9 @@ class McapRecording:
         self._run: float | None = None
         self._sure = OdometryCovariance()
         self._views = 0
-        # Of each place of an area, of a tour of 0: a viewer shows the last markers of a topic.
-        self._known: dict[int, tuple[Scene, Recognition | None]] = {}
+        # What was known last: a viewer shows the last markers of a topic.
+        self._scene: Scene | None = None
+        self._recognition: Recognition | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self._folder, ignore_errors=True)
@@ -147,9 +148,8 @@ class McapRecording:
             self._sure = OdometryCovariance()
         before = moment.way[:1] if self._last is None else (self._last,)
         for (before_at, before_place), (at, place) in pairwise((*before, *moment.way)):
-            # The robot may have been placed anew in between: odometry knows nothing of that.
-            there, here = run.origin(before_at).between(before_place), run.origin(at).between(place)
-            self._write("/tf", at, transforms=self._robot_frames(at, run.origin(at), here))
+            there, here = run.origin.between(before_place), run.origin.between(place)
+            self._write("/tf", at, transforms=self._robot_frames(at, run.origin, here))
             self._sure.move(there, here)
             seconds, step = at - before_at, there.between(here)
             speed = (step.x / seconds, step.heading / seconds) if seconds > 0 else (0.0, 0.0)
@@ -213,38 +213,35 @@ class McapRecording:
             ),
         )
         if moment.scene is not None:
-            self._known[moment.place] = moment.scene, moment.recognition
+            self._scene, self._recognition = moment.scene, moment.recognition
         self._write("/facetlog/faces", at, markers=self._faces(at))
         if moment.candidates:
             self._write("/facetlog/candidates", at, markers=self._candidates(moment))
-        if any(recognition is not None for _, recognition in self._known.values()):
+        if self._recognition is not None:
             self._write("/facetlog/verdicts", at, markers=self._verdicts(at))
 
     def _faces(self, at: float) -> list[Any]:
         markers = [self._ros.cleared(at)]
-        for place, (scene, _) in self._known.items():
-            group = _group("faces", place)
-            for number, (face, loop) in enumerate(face_loops(scene)):
-                outline = (*loop, loop[0])
-                points = [self._ros.point(p) for p in outline]
-                colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
-                markers.append(
-                    self._ros.marker(
-                        at, group, number, LINE_STRIP, colour, LINE_WIDTH, points=points
-                    )
-                )
+        if self._scene is None:
+            return markers
+        for number, (face, loop) in enumerate(face_loops(self._scene)):
+            outline = (*loop, loop[0])
+            points = [self._ros.point(p) for p in outline]
+            colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
+            markers.append(
+                self._ros.marker(at, "faces", number, LINE_STRIP, colour, LINE_WIDTH, points=points)
+            )
         return markers
 
     def _verdicts(self, at: float) -> list[Any]:
         markers = [self._ros.cleared(at)]
-        for place, (scene, recognition) in self._known.items():
-            if recognition is None:
-                continue
-            group, kind, size = _group("verdicts", place), TEXT_VIEW_FACING, TEXT_HEIGHT
-            for number, (said, middle) in enumerate(verdict_places(scene, recognition)):
-                markers.append(
-                    self._ros.marker(at, group, number, kind, INK, size, text=said, place=middle)
-                )
+        if self._scene is None or self._recognition is None:
+            return markers
+        kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
+        for number, (said, middle) in enumerate(verdict_places(self._scene, self._recognition)):
+            markers.append(
+                self._ros.marker(at, "verdicts", number, kind, INK, size, text=said, place=middle)
+            )
         return markers
 
     def _candidates(self, moment: Moment) -> list[Any]:
@@ -300,11 +297,6 @@ class McapRecording:
         kind = TOPICS[topic]
         data = self._store.serialize_cdr(self._ros.make(kind, **fields), kind)
         self._writer.write(self._topics[topic], nanoseconds(at), data)
-
-
-def _group(what: str, place: int) -> str:
-    """The markers' namespace for what was seen at a place of an area, 0 of a tour."""
-    return f"place {place} {what}" if place else what
 
 
 def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:

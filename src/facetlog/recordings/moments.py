@@ -41,8 +41,6 @@ class Moment:
     the world with their times (seconds since 1970) since the view before. `scene` is what is known
     after the view, None if that is too little; `recognition` what the models say, None where nobody
     asked. `candidates` are the views among which it was chosen, where one was.
-    Of an explored area `scene` and `recognition` are what the views of one `place` show, its number
-    from 1; at others is what was known there before. Views on the way show none.
     """
 
     taken: Taken
@@ -53,7 +51,6 @@ class Moment:
     scene: "Scene | None" = None
     recognition: "Recognition | None" = None
     candidates: "tuple[CandidateView, ...]" = ()
-    place: int = 0
 
 
 class Recorder(Protocol):

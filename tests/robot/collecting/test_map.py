@@ -14,7 +14,6 @@ from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
 from facetlog.robot.collecting.drawing.map_labels import Box, placed
 from facetlog.robot.collecting.drawing.map_picture import (
-    AREA,
     MARGIN_PX,
     RIM,
     ROBOT,
@@ -150,10 +149,7 @@ def test_a_line_of_sight_that_leaves_the_map_ends_at_its_rim(tilt: float) -> Non
     assert (rows[:, -MARGIN_PX:] == 255).all()
 
 
-def test_the_area_and_the_target_are_drawn_and_named() -> None:
-    area = drawn(Floor((), None, 0.25, area=(-1.0, -1.0, 2.0, 3.0)))
-    # A rectangle of 10 m, 2 pixels wide, on a map of 3.7 m and 1060 pixels, and its sign.
-    assert of_colour(area, AREA) > 0.8 * 10 * 2 * 1060 / 3.7
+def test_the_target_is_drawn_and_named() -> None:
     aim = drawn(Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25))
     assert of_colour(aim[:MARGIN_PX], TARGET) > 10
     assert of_colour(aim[MARGIN_PX:], TARGET) > 10
