@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.common import Cell, Report, Settings, Table
 from benchmarks.knowledge.calibration_scenes import world_truth
 from benchmarks.processes import spread
 from benchmarks.robot.accuracy_map import MAST, NOISE, off_truth, within_gate
@@ -45,7 +45,7 @@ from facetlog.robot.simulator.body.dynamics import MotionErrors
 from facetlog.robot.tour import tour_camera
 from facetlog.view_verdicts import ViewVerdict
 
-__all__ = ["NAME", "Outcome", "explored_room", "main", "measure", "report"]
+__all__ = ["NAME", "Outcome", "explored_room", "measure", "report"]
 
 NAME = "accuracy_area"
 SEEDS = 7
@@ -234,9 +234,3 @@ def _outcome(
         1.0 - unseen / (room.area[2] * room.area[3]),
         end,
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)
