@@ -46,7 +46,7 @@ check: $(STAMP) ## before a commit: format, lint, types, import contracts, quick
 	$(BIN)/lint-imports
 	$(PYTEST)
 
-bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
+bench: $(STAMP) ## measure everything, and write docs/benchmarks.md and out/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
 
 mutants: $(STAMP) ## change each clause that judges in turn: which change would nobody notice?

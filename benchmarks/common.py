@@ -1,17 +1,16 @@
 """The common form of the benchmarks: settings in, a report of tables out, as text and as JSON.
 
 A benchmark is a module with a docstring whose first paragraph is the question it answers, with
-`NAME`, with `measure(settings) -> Report`, and with `main = command(NAME, __doc__, measure)`.
+`NAME` and with `measure(settings) -> Report`; `python -m benchmarks NAME` runs it.
 """
 
 import argparse
 import hashlib
-import json
 import os
 import platform
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -22,13 +21,11 @@ import numpy as np
 
 __all__ = [
     "Cell",
-    "Measure",
     "Report",
     "Row",
     "Settings",
     "Table",
     "code_version",
-    "command",
     "data_set",
     "machine",
     "median_and_spread",
@@ -109,21 +106,6 @@ class Report:
             "notes": list(self.notes),
             "skipped": self.skipped,
         }
-
-
-Measure: TypeAlias = Callable[[Settings], Report]
-
-
-def command(name: str, doc: str | None, measure: Measure) -> Callable[[Sequence[str] | None], None]:
-    """The command line of one benchmark: prints its report, as text or as one JSON object."""
-
-    def main(arguments: Sequence[str] | None = None) -> None:
-        parser = settings_parser(f"python -m benchmarks {name}", (doc or "").split("\n\n")[0])
-        given = parser.parse_args(arguments)
-        report = measure(Settings(given.seeds, given.first_seed)).to_json()
-        print(json.dumps(report) if given.json else "\n".join(text(report)))
-
-    return main
 
 
 def _positive(value: str) -> int:

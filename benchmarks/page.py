@@ -1,88 +1,78 @@
-"""docs/benchmarks.md: the reports that are kept, as a page to read."""
+"""Pages made of the kept reports: headline figures, and all tables."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import cast
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TypeAlias, cast
 
-from benchmarks.common import Cell, shown
-from benchmarks.wanted import wanted_rows
-from benchmarks.wanted_of_the_judge import BEFORE, WANTED_OF_THE_JUDGE
+from benchmarks.common import Cell, Row, shown
 
-__all__ = ["benchmarks_page"]
+__all__ = ["Reports", "all_tables", "headline_page"]
 
-HEAD = """\
-# Benchmarks
+Reports: TypeAlias = Mapping[str, Mapping[str, object]]
+"""Reports as JSON has them, by the name of their benchmark."""
 
-Made by `python -m benchmarks --write`; do not edit. `make bench` runs all of them, and each part
-names the command that repeats it alone (from the top of the repository, with the project's
-Python). Seeds are fixed, so that all but times come out again on the same libraries. The reports
-as JSON are in benchmarks/results.
-"""
-EYES = """\
-## The eyes: what is wanted and what is measured
-
-From the reports below, each of the code that it names.
-"""
-JUDGE = """\
-## The judge: what is wanted, what it was, and what is measured
-
-Before is what was measured when the meaning of a test was written six times, on a machine of the
-same kind.
-"""
+TEMPLATE = Path(__file__).with_name("headlines.md")
+# A row of the template: what | text with {columns} | benchmark; table; column = value; …
+ROW = re.compile(r"^\| (.+) \| (.*\{.+) \| (\w+); (.+) \|$", re.MULTILINE)
+CELL = re.compile(r"\{(.+?)(:%)?\}")
 MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 
-Plain = Mapping[str, object]
+
+def headline_page(reports: Reports, template: str | None = None) -> str:
+    """Return the page of headline figures.
+
+    A figure is taken from the first row with the given values of the tables whose title begins as
+    given; `{column:%}` is a share. Raises LookupError for one that the reports do not have.
+    """
+
+    def with_cells(match: re.Match[str]) -> str:
+        what, text, name, place = match.groups()
+        title, *values = place.split("; ")
+        row = _find_row(reports[name], title, dict(value.split(" = ", 1) for value in values))
+        text = CELL.sub(lambda cell: _format(row[cell[1]], is_share=bool(cell[2])), text)
+        return f"| {what} | {text} | {name} |"
+
+    return ROW.sub(with_cells, template or TEMPLATE.read_text(encoding="utf-8"))
 
 
-def benchmarks_page(reports: Iterable[tuple[str, Plain]]) -> str:
-    """The page, from the question and the report (as JSON has it) of each benchmark."""
-    lines = [HEAD]
-    kept = tuple(reports)
-    by_name = {str(report["benchmark"]): report for _, report in kept}
-    rows = wanted_rows(by_name)
-    if rows:
-        lines.extend((EYES, *_table(rows), ""))
-    judged = wanted_rows(by_name, WANTED_OF_THE_JUDGE, BEFORE)
-    if judged:
-        lines.extend((JUDGE, *_table(judged), ""))
-    for question, report in kept:
-        lines.extend(_section(question, report))
+def _find_row(report: Mapping[str, object], title: str, values: Mapping[str, str]) -> Row:
+    for table in cast(Sequence[Mapping[str, object]], report["tables"]):
+        if str(table["title"]).startswith(title):
+            for row in cast(Sequence[Row], table["rows"]):
+                if all(shown(row.get(column)) == value for column, value in values.items()):
+                    return row
+    raise LookupError(f"{report['benchmark']} has no row with {values} in a table {title!r}")
+
+
+def _format(cell: Cell, *, is_share: bool) -> str:
+    return f"{100 * cast(float, cell):.1f} %" if is_share else shown(cell)
+
+
+def all_tables(reports: Reports, questions: Mapping[str, str]) -> str:
+    """Return the page with all tables; `questions` are what each benchmark answers."""
+    lines = ["# All tables of the benchmarks", ""]
+    for name, report in reports.items():
+        lines.extend(_section(questions.get(name, ""), report))
     return "\n".join(lines)
 
 
-def _section(question: str, report: Plain) -> Iterator[str]:
-    name = report["benchmark"]
-    yield f"## {name}"
-    yield ""
-    yield " ".join(question.split())
-    yield ""
-    yield f"    python -m benchmarks {name}"
-    yield ""
+def _section(question: str, report: Mapping[str, object]) -> Iterator[str]:
+    yield from (f"## {report['benchmark']}", "", question, "")
+    for table in cast(Sequence[Mapping[str, object]], report["tables"]):
+        rows = cast(Sequence[Row], table["rows"])
+        yield from (f"**{table['title']}**", "", *_table(rows), "")
     settings = cast(Mapping[str, Cell], report["settings"])
-    if settings:
-        yield "Settings: " + ", ".join(f"{k} {shown(v)}" for k, v in settings.items()) + "."
-        yield ""
-    for table in cast(list[Plain], report["tables"]):
-        yield f"**{table['title']}**"
-        yield ""
-        yield from _table(cast(list[Mapping[str, Cell]], table["rows"]))
-        yield ""
-    notes = cast(list[str], report["notes"])
-    if notes:
-        yield " ".join(notes)
-        yield ""
-    code = f" Code: commit {report['code']}." if report["code"] else ""
-    yield f"Machine: {_machine(cast(Mapping[str, Cell], report['machine']))}.{code}"
+    machine = cast(Mapping[str, Cell], report["machine"])
+    yield from (*cast(Sequence[str], report["notes"]), "")
+    yield f"Settings: {_pairs(settings)}. Machine: {_pairs(machine)}. Code: {report['code']}."
     yield ""
 
 
-def _table(rows: Sequence[Mapping[str, Cell]]) -> Iterator[str]:
-    yield f"| {' | '.join(rows[0])} |"
-    yield f"| {' | '.join('---' for _ in rows[0])} |"
-    for row in rows:
-        yield f"| {' | '.join(shown(cell).replace('|', chr(92) + '|') for cell in row.values())} |"
+def _pairs(values: Mapping[str, Cell]) -> str:
+    return ", ".join(f"{key} {shown(value)}" for key, value in values.items())
 
 
-def _machine(machine: Mapping[str, Cell]) -> str:
-    cores, processor, memory, system = (machine[key] for key in MACHINE_FIRST)
-    rest = (f"{key} {value}" for key, value in machine.items() if key not in MACHINE_FIRST)
-    return f"{cores} cores, {processor}, {memory} GB, {system}, {', '.join(rest)}"
+def _table(rows: Sequence[Row]) -> Iterator[str]:
+    for cells in (rows[0], ["---"] * len(rows[0]), *(map(shown, row.values()) for row in rows)):
+        yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Settings, Table, command
+from benchmarks.common import Report, Settings, Table
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.compile import compiled
 from facetlog.grammar.library import BUILTIN
 
-__all__ = ["NAME", "main", "measure", "mutated"]
+__all__ = ["NAME", "measure", "mutated"]
 
 NAME = "fuzz_models"
 FILES = 100_000
@@ -103,9 +103,3 @@ def measure(settings: Settings) -> Report:
     tables = (Table("Mutated files", (row,)), Table("Faults told", kinds))
     counts = {"files": row["files"], "seed": settings.first}
     return Report(NAME, tables, counts, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import cast
 
-from benchmarks.common import Report, Settings, Table, command, median_and_spread
+from benchmarks.common import Report, Settings, Table, median_and_spread
 from benchmarks.knowledge.knowledge_base import (
     angle_facts,
     cpu_ms,
@@ -20,7 +20,7 @@ from benchmarks.knowledge.knowledge_base import (
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_answers_out"
 ANSWERS = 100_000
@@ -125,9 +125,3 @@ def measure(settings: Settings) -> Report:
 
 def _named(times: list[float]) -> dict[str, str | int | float | bool | None]:
     return {f"ms {key}": value for key, value in median_and_spread(times, digits=2).items()}
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

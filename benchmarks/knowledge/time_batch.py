@@ -22,7 +22,7 @@ from typing import cast
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.knowledge.knowledge_base import python_says, rows_against, swipl_says
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.engine.engine import house
@@ -35,7 +35,7 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "built", "main", "measure", "scenes"]
+__all__ = ["NAME", "built", "measure", "scenes"]
 
 NAME = "time_batch"
 SCENES = 48
@@ -271,9 +271,3 @@ def measure(settings: Settings) -> Report:
         {"scenes": count, "repeats": REPEATS},
         ("Wanted: at most 2 times native; 500 scenes a second on two cores; flat memory.",),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

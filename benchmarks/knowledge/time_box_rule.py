@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.common import Cell, Report, Row, Settings, Table
 from benchmarks.knowledge.knowledge_base import SQUARE_DEGREES, random_planes
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_box_rule"
 SIZES = (10, 100, 300)
@@ -156,9 +156,3 @@ def measure(settings: Settings) -> Report:
         notes.append("clingo is not installed (PyPI: clingo): no peer.")
     counts = {"repeats": repeats, "seed": settings.first}
     return Report(NAME, (Table("All boxes", tuple(rows)),), counts, tuple(notes))
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

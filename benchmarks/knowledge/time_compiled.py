@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.knowledge.block_scenes import block_scene
 from facetlog.grammar.library import BUILTIN
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -19,7 +19,7 @@ from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_compiled"
 REPEATS = 15
@@ -84,9 +84,3 @@ def measure(settings: Settings) -> Report:
 def _quartiles(ours: list[float], peer: list[float]) -> str:
     low, high = np.percentile(np.array(ours) / np.array(peer), [25, 75])
     return f"{low:.2f}–{high:.2f}"
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

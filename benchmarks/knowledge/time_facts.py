@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.shapes.time_mesh import table_mesh
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_columns, fact_rows, scene_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
@@ -24,7 +24,7 @@ from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, together
 from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_facts"
 REPEATS = 30
@@ -170,9 +170,3 @@ def measure(settings: Settings) -> Report:
     )
     notes = ("Wanted: space, its measures and pieces within 100 ms of a mesh, 200 ms of 24 views.",)
     return Report(NAME, tables, {"repeats": repeats}, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

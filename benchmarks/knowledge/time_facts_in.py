@@ -13,7 +13,7 @@ from itertools import count
 from pathlib import Path
 from typing import cast
 
-from benchmarks.common import Report, Settings, Table, command
+from benchmarks.common import Report, Settings, Table
 from benchmarks.knowledge.knowledge_base import (
     angle_facts,
     cpu_ms,
@@ -26,7 +26,7 @@ from facetlog.kb.engine.terms import Atom, term_text
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact, fact_text
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_facts_in"
 FACTS = 100_000
@@ -142,9 +142,3 @@ def measure(settings: Settings) -> Report:
         "Wanted: new facts at most 2 times native, scenes seen before at most 0.5 times.",
     )
     return Report(NAME, (Table("CPU time", rows),), counts, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

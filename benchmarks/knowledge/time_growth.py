@@ -10,13 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Cell, Report, Row, Settings, Table, median_and_spread
 from benchmarks.knowledge.block_scenes import FACES_PER_BLOCK, block_scene
 from benchmarks.knowledge.knowledge_base import SQUARE_DEGREES, exponent
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_growth"
 FACES = (100, 300, 1000, 3000, 10_000)
@@ -92,9 +92,3 @@ def measure(settings: Settings) -> Report:
     notes = ("Wanted: an exponent of at most 1.2.",)
     tables = (Table("Exponent of the cost", tuple(grown)), Table("CPU time", tuple(rows)))
     return Report(NAME, tables, {"repeats": repeats}, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -6,10 +6,10 @@ number of seeds asked for is per cent of the work: 100 is all of it. Wall time.
 
 from typing import cast
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.knowledge.knowledge_base import python_says
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_long_run"
 QUESTIONS, LOADS = 1_000_000, 10_000
@@ -78,9 +78,3 @@ def measure(settings: Settings) -> Report:
     counts = {"per cent": settings.number(PER_CENT), "faces of the scene": 6 * BLOCKS}
     notes = ("Wanted: less than 5 MB of growth after the first tenth.",)
     return Report(NAME, (Table("Resident memory", rows),), counts, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

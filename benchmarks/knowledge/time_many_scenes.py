@@ -23,13 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.knowledge.time_batch import built
 from facetlog.batch.journal import journal_path
 from facetlog.batch.output import read_rows
 from facetlog.perception.surfaces.scene_file import write_scene
 
-__all__ = ["NAME", "Run", "classified", "digest", "main", "measure", "scene_list"]
+__all__ = ["NAME", "Run", "classified", "digest", "measure", "scene_list"]
 
 NAME = "time_many_scenes"
 SCENES = 100_000
@@ -197,9 +197,3 @@ def _memory(workers: int, kills: int, run: Run) -> Iterator[Row]:
             "MB at half": round(tenths[len(tenths) // 2]),
             "MB in the last": round(tenths[-1]),
         }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

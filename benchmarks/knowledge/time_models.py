@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from benchmarks.knowledge.knowledge_base import exponent
 from facetlog.grammar.analysis import Memory, analyse
 from facetlog.grammar.fixing.fix import Edit, applied
@@ -30,7 +30,7 @@ from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.reading.parse import forget, parse
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["NAME", "main", "measure", "model_library"]
+__all__ = ["NAME", "measure", "model_library"]
 
 NAME = "time_models"
 SIZES = (30, 100, 300, 1000)
@@ -210,9 +210,3 @@ def _spread(times: list[float]) -> dict[str, float]:
     low, middle, high = np.quantile(times, (0.25, 0.5, 0.75))
     ends = {"lower quartile": float(low), "upper quartile": float(high)}
     return {"median": float(middle), **ends, "worst": max(times)}
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

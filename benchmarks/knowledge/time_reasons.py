@@ -7,12 +7,12 @@ Near misses are those of the table model in a scene of 60 faces that is one thin
 
 from collections.abc import Callable
 
-from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from benchmarks.knowledge.block_scenes import FACES_PER_BLOCK, Layout, block_scene
 from benchmarks.knowledge.knowledge_base import cpu_ms, rows_against
 from facetlog.kb.knowledge_base import KnowledgeBase
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_reasons"
 REPEATS = 20
@@ -75,9 +75,3 @@ def measure(settings: Settings) -> Report:
     tables = (Table("A proof of the box model", proofs), Table("Near misses of a table", (near,)))
     notes = ("Wanted: a proof at most 15 times the plain question, near misses within 300 ms.",)
     return Report(NAME, tables, {"repeats": repeats, "seed": settings.first}, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

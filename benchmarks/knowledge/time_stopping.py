@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import SimulationState
 from facetlog.robot.simulator.station import Station
@@ -26,7 +26,7 @@ from facetlog.robot.simulator.world_file import (
     WorldSetup,
 )
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_stopping"
 RUNS = 5
@@ -174,9 +174,3 @@ def _stopped(
         last.truth.x - before.truth.x,
         last.at - before.at,
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from benchmarks.pictures.recognition import Trial, summary, tour_views, tried
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_demo"
 SEEDS = 20
@@ -89,9 +89,3 @@ def _honesty(front_end: FrontEnd, trials: Sequence[Trial]) -> Row:
         row[f"{what} median NEES"] = round(float(np.median(values)), 2) if values else None
         row[f"{what} worst NEES"] = round(max(values), 1) if values else None
     return row
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.common import Report, Settings, Table, command
+from benchmarks.common import Report, Settings, Table
 from benchmarks.pictures.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.perception.types import PoseErrors
@@ -18,7 +18,7 @@ from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import pose_errors, with_drift
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_drift"
 SEEDS = 3
@@ -60,9 +60,3 @@ def measure(settings: Settings) -> Report:
         (Table("Poses as given and corrected; medians", tuple(rows)),),
         {"seeds": len(seeds), "first seed": seeds.start},
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

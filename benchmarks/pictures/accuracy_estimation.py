@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.common import Cell, Report, Row, Settings, Table
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.plane_filter import (
     Chart,
@@ -30,7 +30,7 @@ from facetlog.perception.estimation.point_filter import (
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray, Observation
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_estimation"
 POINTS, POINTS_A_SEED = 200, 10  # of each scene; of each seed asked for
@@ -289,9 +289,3 @@ def measure(settings: Settings) -> Report:
         {**counts, "seed": SEED},
         ("Lost: more than 6 sd of the bound off, or no result; the rest makes the other figures.",),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -15,12 +15,12 @@ from types import ModuleType
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Cell, Report, Row, Settings, Table, data_set, tree_hash
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_faces"
 SETS = "pictures"
@@ -87,9 +87,3 @@ def _mean(results: list[dict[str, float]]) -> Row:
         for key in ("recall", "boxes", "ground", "faces", "seconds")
     }
     return _figures({**means, "precision": true / (true + wrong)})
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

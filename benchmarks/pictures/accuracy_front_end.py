@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.common import Cell, Report, Row, Settings, Table
 from benchmarks.pictures.recognition import in_steps, tour_views
 from facetlog.errors import FacetlogError
 from facetlog.perception.detection.block_front_end.face_outlines import track_points
@@ -38,7 +38,7 @@ from facetlog.robot.rendering.rays import first_hits, seen_by
 from facetlog.robot.rendering.world import SolidTruth, World
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_front_end"
 SEEDS = 5
@@ -375,9 +375,3 @@ def _figures(tally: Tally) -> dict[str, Cell]:
         "CPU ms a picture, median": quantile(tally.ms_per_picture, 0.5),
         "CPU ms labels, tracks, outlines, median": quantile(tally.ms_matching, 0.5),
     }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

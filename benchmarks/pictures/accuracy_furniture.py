@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
 from benchmarks.shapes.shape_judging import CLASSES, COUNTED_AS, PERHAPS_BOXES
 from facetlog.batch.labels import NONE, Truth
 from facetlog.kb.batch_judge import BatchJudge
@@ -28,7 +28,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "Answered", "main", "measure", "of_scene"]
+__all__ = ["NAME", "Answered", "measure", "of_scene"]
 
 NAME = "accuracy_furniture"
 # A thing is a cuboid if its bounds and the cuboid's have this much of both in common.
@@ -186,9 +186,3 @@ def _counts(groups: Iterable[tuple[str, Sequence[Answered]]]) -> Iterator[Row]:
             "boxes beside": sum(one.boxes for one in group),
             "of cuboids": sum(one.beside for one in group),
         }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -8,12 +8,12 @@ vertices at the paper's threshold and at brighter ones, by thresholding alone an
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.common import Cell, Report, Settings, Table
 from facetlog.paper.experiment import Experiment, run_experiment
 from facetlog.perception.detection.block_front_end.picture_features import picture_features
 from facetlog.perception.step_clock import StepClock
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_grey_faces"
 SEEDS = 10
@@ -60,9 +60,3 @@ def measure(settings: Settings) -> Report:
         ),
         {"seeds": len(seeds)},
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set
+from benchmarks.common import Cell, Report, Row, Settings, Table, data_set
 from benchmarks.pictures.accuracy_front_end import (
     BLUR_PX,
     MATCH_PX,
@@ -45,7 +45,7 @@ from facetlog.robot.rendering.solids import placed, prism
 from facetlog.robot.rendering.world import SolidTruth, World
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, make_world
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_junctions"
 SEEDS = 5
@@ -333,9 +333,3 @@ def measure(settings: Settings) -> Report:
             "places. without labels: drawings in which no line has one.",
         ),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.common import Cell, Report, Settings, Table
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.lines.image_line import (
     fit_image_line,
@@ -31,7 +31,7 @@ from facetlog.perception.estimation.plane_filter import best_chart, chart_from_p
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_lines"
 WORLDS = 1000
@@ -201,9 +201,3 @@ def measure(settings: Settings) -> Report:
         (Table("the recursion beside maximum likelihood of all at once", rows),),
         {"worlds": len(seeds), "pixel sd": PIXEL_SD},
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

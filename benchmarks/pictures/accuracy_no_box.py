@@ -6,12 +6,12 @@ pictures, which must be reported as inconsistent. Wanted: never box.
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.pictures.recognition import BOX, Run, counted, in_metres, recognised, tour_views
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import shuffled
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_no_box"
 SEEDS = 5
@@ -55,9 +55,3 @@ def measure(settings: Settings) -> Report:
 
 def _says_box(run: Run) -> bool:
     return BOX in run.models
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

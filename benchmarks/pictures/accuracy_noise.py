@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 
-from benchmarks.common import Report, Settings, Table, command
+from benchmarks.common import Report, Settings, Table
 from benchmarks.pictures.recognition import (
     BOX,
     OPEN,
@@ -37,7 +37,7 @@ from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, BLOCK_SIZE, INCH, make_world
 from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_noise"
 SEEDS = 5
@@ -240,9 +240,3 @@ def measure(settings: Settings) -> Report:
             "Steps: floor, top and sides in even light, each 10 grey levels or more from the next.",
         ),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

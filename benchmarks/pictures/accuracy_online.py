@@ -26,7 +26,6 @@ from benchmarks.common import (
     Report,
     Settings,
     Table,
-    command,
     data_set,
     median_and_spread,
 )
@@ -42,7 +41,7 @@ from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import ring_poses, tour_camera
 from facetlog.stream import recognise_stream
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_online"
 SEEDS = 10
@@ -310,9 +309,3 @@ def measure(settings: Settings) -> Report:
         ),
         {"seeds": len(seeds)},
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Cell, Report, Row, Settings, Table, data_set, tree_hash
 from benchmarks.pictures.polygons import Polygon
 from benchmarks.pictures.recognition import (
     SAME_FRAME,
@@ -36,7 +36,7 @@ from facetlog.perception.types import FloatArray
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_pictures"
 CUBE = "visp_cube"
@@ -276,9 +276,3 @@ def _of_building(folder: Path) -> Row:
         "on their planes": round(float(on.mean()), 3),
         "within their outlines": round(float(within.mean()), 3),
     }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import Cell, Report, Settings, Table, command, median_and_spread
+from benchmarks.common import Cell, Report, Settings, Table, median_and_spread
 from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_planes"
 SEEDS = 3
@@ -187,9 +187,3 @@ def measure(settings: Settings) -> Report:
         {"planes": PLANES, "points": POINTS, "seeds": len(seeds)},
         tuple(missing),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

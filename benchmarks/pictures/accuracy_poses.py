@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.common import Cell, Report, Row, Settings, Table
 from benchmarks.pictures.recognition import (
     Run,
     Score,
@@ -33,7 +33,7 @@ from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import with_pose_noise
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["NAME", "main", "measure", "peer_corners"]
+__all__ = ["NAME", "measure", "peer_corners"]
 
 NAME = "accuracy_poses"
 SEEDS = 3
@@ -210,9 +210,3 @@ def peer_corners(
     start = np.concatenate([np.zeros(6 * count), corners.ravel()])
     found = least_squares(residuals, start, x_scale="jac").x[6 * count :].reshape(-1, 3)
     return np.where(seen.any(axis=0)[:, None], found, corners)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -12,12 +12,12 @@ from time import process_time
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, command, median_and_spread
+from benchmarks.common import Cell, Report, Settings, Table, median_and_spread
 from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_recursion"
 WORLDS, POINTS, VIEWS = 100, 100, 24
@@ -162,9 +162,3 @@ def measure(settings: Settings) -> Report:
         ),
         {"worlds": worlds, "points a world": POINTS, "pixel sd": PIXEL_SD},
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.common import Cell, Report, Row, Settings, Table
 from benchmarks.knowledge.calibration_scenes import KINDS, world_truth
 from benchmarks.pictures.polygons import Polygon
 from benchmarks.pictures.recognition import Run, counted, in_metres, recognised, tour_views
@@ -26,7 +26,7 @@ from facetlog.robot.rendering.rays import first_hits, seen_by
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["NAME", "Areas", "Surface", "areas", "main", "measure", "true_surface"]
+__all__ = ["NAME", "Areas", "Surface", "areas", "measure", "true_surface"]
 
 NAME = "accuracy_worlds"
 SEEDS = 20
@@ -227,9 +227,3 @@ def _row(trials: Sequence[Trial]) -> Row:
 def _worst(values: Sequence[float]) -> float | None:
     known = [v for v in values if not np.isnan(v)]
     return round(min(known), 3) if known else None
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

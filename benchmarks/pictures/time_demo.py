@@ -16,11 +16,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
-from benchmarks.common import Cell, Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Cell, Report, Row, Settings, Table, median_and_spread
 from facetlog.perception.step_clock import StepClock, StepTime
 from facetlog.pipeline import FrontEnd
 
-__all__ = ["NAME", "TimedRun", "main", "measure", "timed_run"]
+__all__ = ["NAME", "TimedRun", "measure", "timed_run"]
 
 NAME = "time_demo"
 RUNS = 7
@@ -123,9 +123,3 @@ def _whole(front_end: FrontEnd, runs: Sequence[TimedRun]) -> dict[str, Cell]:
         **{f"wall s {key}": value for key, value in median_and_spread(walls).items()},
         "peak memory MB": round(max(peaks)) if peaks else None,
     }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
+from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from facetlog.perception.estimation.point_filter import (
     estimate_point,
     estimate_points,
@@ -17,7 +17,7 @@ from facetlog.perception.estimation.point_filter import (
 )
 from facetlog.perception.types import FloatArray, Observation
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_estimation"
 POINTS, VIEWS = 10_000, 24
@@ -120,9 +120,3 @@ def measure(settings: Settings) -> Report:
             )
     counts = {"views": VIEWS, "repeats": repeats, "seed": SEED}
     return Report(NAME, (Table("CPU time a point", tuple(rows)),), counts)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -16,7 +16,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.pictures.time_demo import TimedRun, timed_run
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -28,7 +28,7 @@ from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "time_large"
 VIEWS = 200
@@ -133,9 +133,3 @@ def _corner_errors(
             h = large.projection @ np.append(point, 1.0)
             errors.append(float(np.linalg.norm(place - h[:2] / h[2])))
     return np.array(errors)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.common import Cell, Report, Settings, Table
 from benchmarks.knowledge.calibration_scenes import world_truth
 from benchmarks.processes import spread
 from benchmarks.robot.explored_world import KEEP_OUT, ExploredWorld
@@ -39,7 +39,6 @@ __all__ = [
     "Trial",
     "explored",
     "lead_of",
-    "main",
     "measure",
     "random_views",
     "report",
@@ -207,9 +206,3 @@ def _trial(drive: ExploredWorld, way: str) -> Trial:
 @cache
 def _base() -> KnowledgeBase:
     return open_models()
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -19,7 +19,7 @@ import numpy as np
 import shapely
 from scipy.stats import chi2
 
-from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.common import Cell, Report, Settings, Table
 from benchmarks.knowledge.calibration_scenes import world_truth
 from benchmarks.processes import spread
 from benchmarks.robot.rooms import Room, TrueThing, make_room
@@ -47,7 +47,6 @@ __all__ = [
     "NAME",
     "NOISE",
     "Outcome",
-    "main",
     "measure",
     "off_truth",
     "outcome",
@@ -316,9 +315,3 @@ def off_truth(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float,
     apart[2] = math.remainder(float(apart[2]), alike)
     distance = float(np.sqrt(apart @ np.linalg.solve(best.cov, apart)))
     return distance, (float(np.hypot(*apart[:2])), abs(float(apart[2])))
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -20,7 +20,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = ["NAME", "Trial", "best_verdict", "decided_by", "main", "measure", "tried"]
+__all__ = ["NAME", "Trial", "best_verdict", "decided_by", "measure", "tried"]
 
 NAME = "accuracy_newcomer"
 MODELS = {
@@ -120,9 +120,3 @@ def measure(_settings: Settings) -> Report:
         {"texts and shapes": tree_hash(folder)},
         ("Wanted: 12 of 13 hold that should, 1 of 20 that should not.",),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

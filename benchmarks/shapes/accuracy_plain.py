@@ -11,7 +11,7 @@ false of a table on a pedestal.
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
 from benchmarks.shapes.accuracy_shapes import file_tasks
 from benchmarks.shapes.shape_judging import (
     CLASSES,
@@ -24,7 +24,7 @@ from benchmarks.shapes.shape_judging import (
 )
 from facetlog.batch.confusion import Proportion
 
-__all__ = ["NAME", "TEXTS", "main", "measure", "recall"]
+__all__ = ["NAME", "TEXTS", "measure", "recall"]
 
 NAME = "accuracy_plain"
 FOLDER = Path(__file__).resolve().parent / "plain_texts"
@@ -105,9 +105,3 @@ def measure(_settings: Settings) -> Report:
         {"shapes": tree_hash(folder), "texts": tree_hash(FOLDER)},
         ("Wanted: recall 0.88 by three to six conditions, accuracy 0.93 by up to twelve.",),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.common import DATA_VARIABLE, Report, Row, Settings, Table, command
+from benchmarks.common import DATA_VARIABLE, Report, Row, Settings, Table
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.recognize import open_knowledge_base
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
@@ -21,7 +21,7 @@ from facetlog.prototype.objective import EXPECTED
 from facetlog.prototype.search import searched
 from facetlog.prototype.workbench import Workbench
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_prototypes"
 EFFORT = 240
@@ -63,9 +63,3 @@ def _rows(paths: tuple[Path, ...], models: tuple[str, ...]) -> Iterator[Row]:
                 "seconds": round(seconds, 1),
                 "form": best.form.name,
             }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main()

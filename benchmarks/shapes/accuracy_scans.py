@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
 from benchmarks.processes import spread
 from benchmarks.shapes.accuracy_shapes import file_tasks
 from benchmarks.shapes.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, is_held_out
@@ -27,7 +27,7 @@ from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "measure"]
 
 NAME = "accuracy_scans"
 BOX = "box"
@@ -147,9 +147,3 @@ def measure(settings: Settings) -> Report:
             "the top of the least upright box round it (beyond a box), by the exact mesh.",
         ),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

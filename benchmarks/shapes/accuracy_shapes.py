@@ -14,7 +14,6 @@ from benchmarks.common import (
     Row,
     Settings,
     Table,
-    command,
     data_set,
     median_and_spread,
     tree_hash,
@@ -33,7 +32,7 @@ from facetlog.batch.confusion import Confusion, Proportion
 from facetlog.batch.labels import read_labels
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = ["NAME", "file_tasks", "main", "measure", "own_tasks"]
+__all__ = ["NAME", "file_tasks", "measure", "own_tasks"]
 
 NAME = "accuracy_shapes"
 SETS = (
@@ -190,9 +189,3 @@ def measure(settings: Settings) -> Report:
             "scans of boxes 0.90 answered box, of cylindric objects none.",
         ),
     )
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from benchmarks.common import Report, Row, Settings, Table, data_set, tree_hash
 from benchmarks.shapes.accuracy_newcomer import OPTIONS, STATES, best_verdict, decided_by
 from benchmarks.shapes.three_things import THINGS, by_hand, from_mesh, from_scan, on_a_tour
 from facetlog.kb.explaining.proof import State
@@ -25,7 +25,7 @@ from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import reconstruct_views
 
-__all__ = ["NAME", "TEXTS", "main", "measure"]
+__all__ = ["NAME", "TEXTS", "measure"]
 
 NAME = "accuracy_three_inputs"
 TEXTS = Path(__file__).resolve().parent / "own_texts"
@@ -84,9 +84,3 @@ def measure(settings: Settings) -> Report:
             tables.append(Table("The texts of a newcomer's shapes", shapes))
     notes = (folder,) if isinstance(folder, str) else ()
     return Report(NAME, tuple(tables), {"texts": tree_hash(TEXTS)}, notes)
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

@@ -14,11 +14,11 @@ from typing import Any
 
 import trimesh
 
-from benchmarks.common import Report, Row, Settings, Table, command
+from benchmarks.common import Report, Row, Settings, Table
 from facetlog.perception.reading.shape_files.mesh_files import read_mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
-__all__ = ["NAME", "main", "measure", "table_mesh"]
+__all__ = ["NAME", "measure", "table_mesh"]
 
 NAME = "time_mesh"
 REPEATS = 3
@@ -86,9 +86,3 @@ def _row(path: Path, repeats: int) -> Row:
         "its faces": len(scene.faces),
         "times trimesh": round((reading + making) / both, 2),
     }
-
-
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)

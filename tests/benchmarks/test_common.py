@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import common, page
-from benchmarks.__main__ import NAMES, PAGE, kept_reports, main
+from benchmarks.__main__ import PAGE, kept_reports, main
 from benchmarks.common import Report, Table, data_set, text, tree_hash
 from benchmarks.pictures import recognition
 
@@ -40,15 +40,24 @@ def test_a_skipped_report_says_why() -> None:
     assert "skipped: no data" in lines
 
 
-def test_the_page_holds_each_table_with_its_command() -> None:
-    made = page.benchmarks_page([("How\nexact?", REPORT.to_json())])
+def test_all_tables_of_a_report_are_on_the_page() -> None:
+    made = page.all_tables(
+        {"accuracy_example": REPORT.to_json()}, {"accuracy_example": "How exact?"}
+    )
     assert "How exact?" in made
-    assert "    python -m benchmarks accuracy_example\n" in made
     assert "| a\\|b | 0.1235 |\n| c | – |" in made
 
 
+def test_a_figure_is_taken_from_the_row_that_is_named() -> None:
+    reports = {"accuracy_example": REPORT.to_json()}
+    row = "| error | {error:%} of {case} | accuracy_example; Err; case = a|b |"
+    assert page.headline_page(reports, row) == "| error | 12.3 % of a|b | accuracy_example |"
+    with pytest.raises(LookupError, match="accuracy_example has no row"):
+        page.headline_page(reports, row.replace("a|b |", "d |"))
+
+
 def test_the_kept_page_is_made_of_the_kept_reports() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page.benchmarks_page(kept_reports())
+    assert PAGE.read_text(encoding="utf-8") == page.headline_page(kept_reports())
 
 
 def test_the_machine_has_no_names_of_hosts_or_folders() -> None:
@@ -82,10 +91,3 @@ def test_an_unknown_benchmark_is_refused(capsys: pytest.CaptureFixture[str]) -> 
     with pytest.raises(SystemExit):
         main(["accuracy_of_nothing"])
     assert "there is no benchmark accuracy_of_nothing" in capsys.readouterr().err
-
-
-def test_every_benchmark_is_listed() -> None:
-    files = Path(page.__file__).parent
-    kinds = ("accuracy", "time", "fuzz")
-    measuring = {p.stem for kind in kinds for p in files.rglob(f"{kind}_*.py")}
-    assert measuring | {"calibration"} == set(NAMES)
