@@ -116,12 +116,6 @@ def test_what_is_not_the_same_or_was_there_before_is_another_thing(other: Placed
     assert mapped(BOX, other, looks=Looks(beams=HEARD + PASSED)) == ([FROM, TO], [])
 
 
-def test_where_it_may_have_stood_beside_the_free_floor_nothing_is_said() -> None:
-    """After a way on which odometry drifted by a metre the free floor may be another one."""
-    drifted = seen_at(TO, 2, (40.0, 50.0), pose_sd=1.0)
-    assert mapped(BOX, drifted, looks=Looks(beams=HEARD + PASSED)) == ([FROM, TO], [])
-
-
 def test_a_table_stands_on_its_legs_though_the_floor_shows_between_them() -> None:
     legs = np.concatenate(
         [

@@ -242,7 +242,7 @@ def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_pat
     recording.close()
     ((_, verdicts),) = messages(path)["/facetlog/verdicts"]
     (said,) = (each for each in verdicts.markers if each.text)
-    assert (said.text, said.ns) == ("no model matches", "place 3 verdicts")
+    assert (said.text, said.ns) == ("no model matches", "verdicts")
     place = said.pose.position
     assert [place.x, place.y, place.z] == pytest.approx(moment.scene.points.mean(axis=0))
 

@@ -13,7 +13,7 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.commands.collect import _ProgressLines
-from facetlog.commands.collect_explored import recorded_goal
+from facetlog.commands.collect_options import recorded_goal
 from facetlog.commands.robot_options import ended_by_signals
 from facetlog.perception.types import Pose
 from facetlog.robot.camera.checks import Quality
@@ -59,7 +59,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--dry-run"], "--dry-run goes with --explore"),
         (["--explore", "--tour", "paper"], "--explore chooses the views itself: leave out --tour"),
         (["--explore", "--target", "1,2,0"], "--explore needs --keep-out RADIUS"),
-        (["--explore"], "metres) and --keep-out RADIUS (how near the robot may come, metres), or"),
+        (["--explore"], "metres) and --keep-out RADIUS (how near the robot may come, metres)"),
         (["--explore", "--keep-out", "0.5"], "--explore needs --target X,Y,Z"),
         ([*EXPLORE, "--target", "1,2"], "--target '1,2': give X,Y,Z (metres)"),
         ([*EXPLORE, "--until", "table"], "--until 'table': give a model and a degree"),

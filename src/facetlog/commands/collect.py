@@ -11,25 +11,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.__main__ import INTERRUPTED
-from facetlog.commands.collect_checks import (
-    asked_tour,
-    check_explored,
-    checked_explore,
-    checked_order,
-    circles_in,
-    where_it_stood,
-)
-from facetlog.commands.collect_explored import (
+from facetlog.commands.collect_options import (
     DEFAULT_MOST,
     DryRun,
     Explore,
     MostViews,
     Target,
     Until,
+    asked_tour,
+    check_explored,
+    checked_explore,
+    checked_order,
+    circles_in,
     explorer_of,
     recorded_goal,
+    where_it_stood,
 )
-from facetlog.commands.collect_explored import dry_run as say_next
+from facetlog.commands.collect_options import dry_run as say_next
 from facetlog.commands.robot_options import (
     DEFAULT_SPEED,
     Baud,

@@ -161,7 +161,7 @@ def test_the_target_is_drawn_and_named() -> None:
 @given(st.integers(300, 1200))
 @settings(max_examples=20)
 def test_a_legend_of_a_narrow_map_is_above_it_and_within(width: int) -> None:
-    floor = Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25, ((0.0, 0.0),), (0.0, 0.0, 1.0, 9.0))
+    floor = Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25, ((0.0, 0.0), (1.0, 9.0)))
     entries: list[Entry] = _entries(24, floor, found=True)
     rows = _in_rows(entries, width)
     assert [entry for *_, entry in rows] == entries
