@@ -36,7 +36,7 @@ def test_what_the_readme_shows_is_printed(tmp_path: Path, *, slow: bool) -> None
 
 
 def test_the_readme_is_short() -> None:
-    assert README.read_text(encoding="utf-8").count("\n") <= 150
+    assert README.read_text(encoding="utf-8").count("\n") <= 120
 
 
 def test_the_page_has_blocks_of_each_kind() -> None:
