@@ -65,15 +65,22 @@ def _draw_box(image: ColourImage, frustum: Frustum, shown: ShownPiece, scale: fl
     sides = [corners[list(side)] for side in SIDES]
     shown_sides = (_pixels(frustum, side) for side in sides if _faces(frustum, side))
     outlines = [outline for outline in shown_sides if len(outline)]  # others are out of view
-    mask = np.zeros(image.shape[:2], dtype=np.uint8)
+    if not outlines:
+        return
+    # Of the picture only that part is looked at: it is small for most boxes.
+    corners_px = np.concatenate(outlines).reshape(-1, 2)
+    left, top = (max(int(least), 0) for least in corners_px.min(axis=0))
+    right, bottom = (max(int(most) + 1, 0) for most in corners_px.max(axis=0))
+    window = image[top:bottom, left:right]
+    mask = np.zeros(window.shape[:2], dtype=np.uint8)
     for outline in outlines:
-        cv2.fillPoly(mask, [outline], 255)
+        cv2.fillPoly(mask, [outline], 255, offset=(-left, -top))
     inside = mask > 0
     if shown.implied:
-        rows, columns = np.indices(mask.shape)
-        inside &= (rows + columns) // max(1, round(STRIPE_PX * scale)) % 2 == 0
+        rows, columns = np.ogrid[: window.shape[0], : window.shape[1]]
+        inside &= (rows + top + columns + left) // max(1, round(STRIPE_PX * scale)) % 2 == 0
     ink = np.array(_colour(shown), dtype=np.float32)
-    image[inside] = np.rint(image[inside] * (1.0 - TINT) + ink * TINT).astype(np.uint8)
+    window[inside] = np.rint(window[inside] * (1.0 - TINT) + ink * TINT).astype(np.uint8)
     thickness = max(1, round(LINE_PX * scale))
     cv2.polylines(image, outlines, True, _colour(shown), thickness, cv2.LINE_AA)
 

@@ -75,7 +75,9 @@ def printable(text: str) -> str:
     >>> printable("  a\\x1b[31mb")
     '  a [31mb'
     """
-    return "".join(c if c.isprintable() else " " for c in plain_text(text))
+    plain = plain_text(text)
+    # Nearly all texts are printable as they are, which is known at once.
+    return plain if plain.isprintable() else "".join(c if c.isprintable() else " " for c in plain)
 
 
 def one_line(text: str) -> str:

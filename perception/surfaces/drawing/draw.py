@@ -113,12 +113,14 @@ def _face_colour(index: int) -> Colour:
 def _tint(image: ColourImage, scene: Scene, surface: HiddenSurface) -> None:
     h, w = image.shape[:2]
     index = cv2.resize(surface.face, (w, h), interpolation=cv2.INTER_NEAREST)
-    for number, face in enumerate(scene.faces):
-        mask = index == number
-        if mask.any():
-            share = TINT_MEASURED if face.evidence is Evidence.MEASURED else TINT_IMPLIED
-            ink = np.array(_face_colour(number), dtype=np.float32)
-            image[mask] = np.rint(image[mask] * (1 - share) + ink * share).astype(np.uint8)
+    covered = index >= 0
+    face = index[covered]
+    shares = [
+        TINT_MEASURED if f.evidence is Evidence.MEASURED else TINT_IMPLIED for f in scene.faces
+    ]
+    share = np.array(shares)[face, None]
+    inks = np.array([_face_colour(number) for number in range(len(scene.faces))]).reshape(-1, 3)
+    image[covered] = np.rint(image[covered] * (1 - share) + inks[face] * share).astype(np.uint8)
 
 
 def _draw_edges(

@@ -182,3 +182,20 @@ def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     other = prepared_pictures([replace(tour.views[k], image=image)], StepClock())
     kept = [j for j in range(len(tour.views)) if j != k]
     assert named(tour.select(kept).extended_by(other)) == [len(kept)]
+
+
+@pytest.mark.parametrize("kind", ["chair", "polygons"])
+def test_one_foreign_picture_of_six_is_named(tour: Pictures, kind: str) -> None:
+    six = tour.select([0, 2, 3, 5, 7, 8])
+    assert named(six) == []
+    image = foreign_picture(kind, six.views[0].image.shape)
+    other = prepared_pictures([replace(six.views[0], image=image)], StepClock())
+    assert named(six.select(range(1, 6)).extended_by(other)) == [5]
+
+
+def test_two_foreign_pictures_are_named_though_they_show_the_same_thing(tour: Pictures) -> None:
+    chair = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:20:2]
+    others = [replace(tour.views[k], image=chair[k].image) for k in (2, 6)]
+    kept = [k for k in range(10) if k not in (2, 6)]
+    pictures = tour.select(kept).extended_by(prepared_pictures(others, StepClock()))
+    assert named(pictures) == [8, 9]
