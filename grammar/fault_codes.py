@@ -72,6 +72,7 @@ _KINDS = (
     FaultKind("too-large", ERROR, "The file is too large for a model file.", ""),
     # Files
     FaultKind("own-word", ERROR, "A Prolog file declares a word wrongly.", "word(lean, 3)."),
+    FaultKind("same-name", WARNING, "Another file has a model of that name.", ""),
     FaultKind("unreadable", ERROR, "The file cannot be read.", ""),
     FaultKind("use", ERROR, "A file that is used cannot be.", 'use "absent.model"'),
     # Names

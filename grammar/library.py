@@ -46,7 +46,7 @@ def read_text(path: Path) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
-        raise ValueError(f"line {line} is no UTF-8 text") from None
+        raise ValueError(f"line {line} is no UTF-8 text: save the file as UTF-8") from None
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from facetlog.errors import EngineError
-from facetlog.kb.brief_verdict import BriefVerdict, Conditions, Cost
+from facetlog.kb.brief_verdict import STACKS, BriefVerdict, Conditions, Cost
 from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
@@ -40,6 +40,9 @@ SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
 NAME_DIGITS = 24  # of a module's digest
 # Modules of open batches that are named by what they hold.
 _in_use: set[str] = set()
+
+# Limits that one model reaches on one thing, by what Prolog calls them.
+LIMITS = {"stacks": STACKS, "inferences": "the limit of inferences"}
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
@@ -196,13 +199,13 @@ class BatchJudge(Closing):
     def _verdicts(
         self, fields: Sequence[str], kinds: Mapping[str, InputKind]
     ) -> Iterator[BriefVerdict]:
-        """From the text of encoded_verdicts/3 of batch.pl."""
+        """From the text of encoded_verdicts/4 of batch.pl."""
         field = iter(fields)
         for model in field:
             thing, state, low, high = (next(field) for _ in range(4))
             proposed = next(field)
-            too_large = proposed == "too_many"
-            count = 0 if too_large else int(proposed)
+            limit = LIMITS.get(proposed, "")
+            count = 0 if limit else int(proposed)
             cost = Cost(count, int(next(field)), float(next(field)))
             parts = tuple(_part(field) for _ in range(int(next(field))))
             sizes = tuple(
@@ -231,7 +234,7 @@ class BatchJudge(Closing):
                 rather_than=rules.rather_than.get(model, ()),
                 own=rules.own,
                 cost=cost,
-                too_large=too_large,
+                limit=limit,
             )
 
 

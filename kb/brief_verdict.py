@@ -4,7 +4,10 @@ from dataclasses import dataclass, field
 
 from facetlog.kb.explaining.proof import State
 
-__all__ = ["BriefVerdict", "Conditions", "Cost"]
+__all__ = ["STACKS", "BriefVerdict", "Conditions", "Cost"]
+
+STACKS = "the limit of memory (Prolog's stacks)"
+"""How bridge.pl begins what it says when a stack cannot grow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,5 +56,5 @@ class BriefVerdict:
     rather_than: tuple[str, ...] = field(default=(), compare=False)
     own: bool = field(default=False, compare=False)
     cost: Cost = field(default=Cost(), compare=False)
-    too_large: bool = False
-    """Whether the thing has too many faces for the model, whose verdict is unknown."""
+    limit: str = ""
+    """Which limit the model reached on a thing with too many faces; then its verdict is unknown."""

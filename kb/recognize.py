@@ -110,15 +110,16 @@ def _judged(base: KnowledgeBase, scene: str, model: str, thing: str) -> Verdict:
     try:
         return base.judge(scene, model, thing)
     except LimitError as exc:
-        _LOG.warning("%s: %s", scene, too_large(model, thing, str(exc)))
+        _LOG.warning("%s: %s", scene, too_large([model], thing, str(exc)))
         return Verdict(model, thing, State.UNKNOWN, 0.0, 1.0, (), (), ())
 
 
-def too_large(model: str, thing: str, limit: str) -> str:
-    """Return what to say of a thing that has too many faces for a model."""
+def too_large(models: Sequence[str], thing: str, limit: str) -> str:
+    """Return what to say of a thing that has too many faces for these models."""
+    unknown = "which is unknown" if len(models) == 1 else "which are unknown"
     return (
-        f"{thing} has too many faces to be judged as {model}, which is unknown ({limit}): "
-        "give its parts one by one"
+        f"{thing} has too many faces to be judged as {', '.join(models)}, {unknown} ({limit}): "
+        "cut it into its objects, or give a mesh of fewer faces"
     )
 
 

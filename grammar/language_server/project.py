@@ -9,6 +9,7 @@ from lsprotocol import types as lsp
 from pygls import uris
 
 from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.checking.same_names import SameNames
 from facetlog.grammar.example_scenes import Builders, all_faults
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
@@ -39,6 +40,7 @@ class Project:
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
     _memories: dict[Path, Memory] = field(default_factory=dict)
     _colours: dict[Path, tuple[int, ...]] = field(default_factory=dict)
+    _same_names: SameNames | None = None
 
     # ------------------------------------------------------------- texts
 
@@ -72,6 +74,7 @@ class Project:
         self._analyses.clear()
         self._symbols.clear()
         self._colours.clear()
+        self._same_names = None
 
     @property
     def open_models(self) -> tuple[Path, ...]:
@@ -111,8 +114,11 @@ class Project:
         return found
 
     def faults(self, path: Path) -> tuple[Fault, ...]:
-        """The faults of a file, as `model check` reports them."""
-        return self._with_scenes(self.analysis(path))
+        """The faults of a file, as `model check` of all open files reports them."""
+        analysis = self.analysis(path)
+        if self._same_names is None:
+            self._same_names = SameNames(self.read, self.open_models)
+        return (*self._with_scenes(analysis), *self._same_names.faults(analysis))
 
     def _with_scenes(self, analysis: Analysis) -> tuple[Fault, ...]:
         return all_faults(analysis, self.builders) if self.builders else analysis.faults

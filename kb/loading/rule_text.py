@@ -29,4 +29,6 @@ def rule_text(path: Path) -> str:
         return data.decode()
     except UnicodeDecodeError as exc:
         line = data.count(b"\n", 0, exc.start) + 1
-        raise RuleSyntaxError(f"{path}:{line}: this is no UTF-8 text") from exc
+        raise RuleSyntaxError(
+            f"{path}:{line}: this is no UTF-8 text: save the file as UTF-8"
+        ) from exc

@@ -223,9 +223,10 @@ result("judge_batch", Text, Verdicts) :-
     Start is End + 1,
     sub_string(Text, Start, _, 0, Columns),
     ask_base(Base, all),
+    Bounds = bounds(Inferences, _),
     setup_call_cleanup(
         true,
-        bounded(Bounds, encoded_verdicts(Batch, Columns, Verdicts)),
+        bounded(Bounds, encoded_verdicts(Batch, Columns, Inferences, Verdicts)),
         empty_batch(Batch)).
 result("batch_conditions", Text, Models) :-
     term_string(batch(_, Batch), Text),

@@ -56,7 +56,7 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
     mesh, options = _agreed(mesh, options)
     unit = METRES_PER[options.unit] if options.unit else mesh.unit_metres
     if unit is not None:
-        mesh = replace(mesh, vertices=mesh.vertices * unit, unit_metres=1.0)
+        mesh = replace(mesh, vertices=mesh.vertices * unit, unit_metres=1.0, step=mesh.step * unit)
     return scene_of_mesh(mesh, up=options.up, metric=unit is not None)
 
 

@@ -40,14 +40,15 @@ def check_output_file(
     *,
     suffixes: Collection[str] = (),
     own: bytes | None = None,
-    overwrite: bool = False,
+    overwrite: bool | None = False,
 ) -> None:
     """Raise InputError unless a command may write a file here; to be called before the work.
 
     `option` is how the file was given, `inputs` are the files and folders that the command reads:
     none of them is replaced, nor a file in a folder of them, not even with `overwrite`. Without it
     no file is replaced but an empty one, and one that facetlog wrote, known by the mark `own` in
-    its head. What is no file, as a pipe, is written to as it is.
+    its head; `overwrite` is None where nothing else is ever replaced. What is no file, as a pipe,
+    is written to as it is.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(
@@ -64,7 +65,8 @@ def check_output_file(
         is_own = own is not None and target.is_file() and own in _head(target)
         check_no_input(path, option, inputs, is_own=is_own)
         if target.is_file() and target.stat().st_size and not (overwrite or is_own):
-            raise InputError(f"{path} exists: give --overwrite, or another name with {option}")
+            way = "not written by facetlog: give" if overwrite is None else "give --overwrite, or"
+            raise InputError(f"{path} exists: {way} another name with {option}")
     except (OSError, ValueError, RuntimeError) as exc:  # RuntimeError: a link to itself
         raise InputError(f"{str(path)!r} cannot be written: {exc}") from exc
 

@@ -63,4 +63,11 @@ def test_the_example_of_a_kind_shows_it(kind: FaultKind) -> None:
 
 def test_what_has_no_example_needs_more_than_a_text() -> None:
     without = {kind.code for kind in FAULT_KINDS.values() if not kind.example}
-    assert without == {"empty-file", "too-large", "unreadable", "unknown-builder", "unknown-size"}
+    assert without == {
+        "empty-file",
+        "same-name",
+        "too-large",
+        "unreadable",
+        "unknown-builder",
+        "unknown-size",
+    }

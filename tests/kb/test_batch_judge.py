@@ -436,12 +436,18 @@ def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) ->
         assert judge.judge(facts) == before
 
 
-def test_a_scene_that_takes_too_long_fails_alone() -> None:
-    small = facts_of("wedge")
-    with BatchJudge(limits=Limits(inferences=150_000)) as judge:
+def test_what_takes_too_long_is_unknown_alone() -> None:
+    small, large = facts_of("wedge"), facts_of("shelf", boards=12)
+    with BatchJudge() as judge:
+        unlimited = {verdict.model: verdict for verdict in judge.judge(large)}
+    with BatchJudge(limits=Limits(inferences=1_500_000)) as judge:
         before = judge.judge(small)
-        with pytest.raises(EngineError, match="limit of inferences"):
-            judge.judge(facts_of("shelf", boards=12))
+        found = judge.judge(large)
+        beyond = {verdict.model for verdict in found if verdict.limit}
+        assert 0 < len(beyond) < len(found)
+        for verdict in found:
+            expected = State.UNKNOWN if verdict.limit else unlimited[verdict.model].state
+            assert verdict.state is expected
         assert judge.judge(small) == before
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.brief_verdict import STACKS
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
@@ -30,13 +31,13 @@ def heap(count: int) -> Scene:
 def test_a_batch_says_which_models_it_was_too_much_for() -> None:
     judge = BatchJudge((), limits=Limits(stack_mb=16))
     verdicts = judge.judge(fact_rows(heap(25)))
-    beyond = {verdict.model for verdict in verdicts if verdict.too_large}
+    beyond = {verdict.model for verdict in verdicts if verdict.limit == STACKS}
     assert "stairs" in beyond
-    assert all(verdict.state is State.UNKNOWN for verdict in verdicts if verdict.too_large)
+    assert all(verdict.state is State.UNKNOWN for verdict in verdicts if verdict.limit)
     assert {"bed", "crate", "door"} <= {v.model for v in verdicts} - beyond
     few = judge.judge(fact_rows(cuboid(0.4, 0.3, 0.2)))
     judge.close()
-    assert not any(verdict.too_large for verdict in few)
+    assert not any(verdict.limit for verdict in few)
 
 
 def test_a_scene_is_judged_though_one_model_reaches_a_limit(

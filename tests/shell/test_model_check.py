@@ -48,7 +48,7 @@ def test_a_file_without_faults_passes(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_all_faults_of_all_files_are_told_at_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _write(tmp_path, a=THREE_FAULTS, b=FAULTY)
+    _write(tmp_path, a=THREE_FAULTS, b=FAULTY.replace("model slab", "model board"))
     assert main(["model", "check", "a.model", "b.model"]) == 1
     lines = capsys.readouterr().out.splitlines()
     heads = [line for line in lines if ": error: " in line]
@@ -102,6 +102,17 @@ def test_standard_input_that_is_no_text_is_refused(
     out, err = capsys.readouterr()
     assert out == ""
     assert "line 2 is no UTF-8 text" in err
+
+
+def test_a_model_of_two_files_is_told_of_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path / "a", slab=GOOD)
+    _write(tmp_path / "b", slab=GOOD, board=GOOD.replace("model slab", "model board"))
+    assert main(["model", "check", "."]) == 0
+    assert capsys.readouterr().out.count("[same-name]") == 2
+    assert main(["model", "check", "b"]) == 0
+    assert "same-name" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("argument", ["empty", "*.model", "rules.pl", "a" * 5000])
@@ -220,7 +231,7 @@ def _codes(tree: ast.AST) -> set[str]:
 def test_fix_writes_what_is_sure_and_tells_the_rest(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _write(tmp_path, a=THREE_FAULTS, good=GOOD)
+    _write(tmp_path, a=THREE_FAULTS, good=GOOD.replace("model slab", "model board"))
     before = (tmp_path / "good.model").stat()
     assert main(["model", "check", "--fix", "a.model", "good.model"]) == 1
     out, err = capsys.readouterr()
@@ -274,9 +285,15 @@ def test_sarif_and_json_hold_the_fixes(tmp_path: Path, capsys: pytest.CaptureFix
 def test_junit_has_a_suite_for_each_file_and_a_case_for_each_model(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    doubtful = GOOD.replace("  example", "  let square = 15 deg\n  example")
+    board = GOOD.replace("model slab", "model board")
+    doubtful = board.replace("  example", "  let square = 15 deg\n  example")
     second = GOOD.replace("slab", "plank")
-    _write(tmp_path, bad=f"let spare = 1\n{FAULTY}\n{second}", doubtful=doubtful, good=GOOD)
+    _write(
+        tmp_path,
+        bad=f"let spare = 1\n{FAULTY}\n{second}",
+        doubtful=doubtful,
+        good=board.replace("board", "tray"),
+    )
     arguments = ["model", "check", "bad.model", "doubtful.model", "good.model", "--output", "junit"]
     assert main(arguments) == 1
     root = _tree(capsys.readouterr().out)
@@ -284,8 +301,8 @@ def test_junit_has_a_suite_for_each_file_and_a_case_for_each_model(
     bad, warned, good = root
     cases = [[(case.get("name"), [one.tag for one in case]) for case in suite] for suite in root]
     assert cases[0] == [("bad.model", []), ("slab", ["failure"]), ("plank", [])]
-    assert cases[1] == [("doubtful.model", []), ("slab", ["system-out"])]
-    assert cases[2] == [("good.model", []), ("slab", [])]
+    assert cases[1] == [("doubtful.model", []), ("board", ["system-out"])]
+    assert cases[2] == [("good.model", []), ("tray", [])]
     assert [suite.get("failures") for suite in (bad, warned, good)] == ["1", "0", "0"]
     (failure,) = bad.iter("failure")
     assert failure.get("type") == "unknown-word"

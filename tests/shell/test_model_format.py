@@ -109,6 +109,16 @@ def test_a_file_that_cannot_be_read_does_not_stop_the_others(
     assert (tmp_path / "b.model").read_text() == TIDY
 
 
+@pytest.mark.parametrize("text", ["", "\n\n", "# nothing but this\n"])
+def test_a_file_without_models_is_no_fault(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.model").write_text(text)
+    assert main(["model", "format", "."]) == 0
+    assert "fault" not in capsys.readouterr().err
+    assert (tmp_path / "a.model").read_text() == text.lstrip("\n")
+
+
 def test_a_file_that_cannot_be_written_stays_as_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

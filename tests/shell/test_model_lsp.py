@@ -96,3 +96,15 @@ def test_an_editor_is_shown_what_model_check_reports(text: str, tmp_path: Path) 
     shown = [(one.code, one.range.start.line + 1) for one in diagnostics(project, path)]
     assert faults
     assert shown == [(f.code, f.source.line_and_column(f.span.start)[0]) for f in faults]
+
+
+def test_a_model_that_two_open_files_define_is_shown_in_both(tmp_path: Path) -> None:
+    project = Project()
+    for name in ("a", "b"):
+        text = "model slab\n  face top\n  ok: top is level\n"
+        project.open((tmp_path / f"{name}.model").as_uri(), text)
+    for path in project.open_models:
+        codes = [one.code for one in diagnostics(project, path)]
+        assert codes.count("same-name") == 1
+    project.close((tmp_path / "b.model").as_uri())
+    assert "same-name" not in [one.code for one in diagnostics(project, tmp_path / "a.model")]

@@ -130,6 +130,10 @@ def test_the_current_folder_stays_the_current_folder(
         (["classify", "--from", "mine.csv", "-o", "mine.csv", "--overwrite"], "mine.csv"),
         (["classify", "--labels", "labels.csv", "-o", "labels.csv", "--overwrite"], "labels.csv"),
         (["classify", "--labels", "labels.csv", "--report", "mine.html"], "mine.html"),
+        (
+            ["classify", "--labels", "labels.csv", "--report", "mine.html", "--overwrite"],
+            "mine.html",
+        ),
         (["classify", "scene.json", "--html", "views"], "views/transforms.json"),
         (["recognize", "views", "-o", "views"], "views"),
         (["map", "views", "-o", "views"], "views"),

@@ -1,8 +1,8 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Kinds
                             save_batch/3,         % +Batch, +File, -Count
                             load_batch/4,         % +Batch, +Scene, +File, +Count
-                            encoded_verdicts/3,   % +Batch, +Facts, -Encoded
-                            brief_verdicts/2,     % +Batch, -Verdicts
+                            encoded_verdicts/4,   % +Batch, +Facts, +Inferences, -Encoded
+                            brief_verdicts/3,     % +Batch, +Inferences, -Verdicts
                             batch_conditions/2,   % +Batch, -Models
                             empty_batch/1,        % +Batch
                             close_batch/1         % +Batch
@@ -16,8 +16,8 @@ anew for it (specialise.pl). A brief verdict is
     brief(Model, Thing, State, Low, High, Parts, Sizes, Cost)
 
 with the same values as in the verdict of judge.pl, whose other arguments it lacks. Cost is
-cost(Candidates, Inferences, Seconds): how many assignments were proposed, or `too_many` for the stacks,
-and what the verdict took, in seconds of processor time.
+cost(Candidates, Inferences, Seconds): how many assignments were proposed, or which limit was reached,
+`stacks` or `inferences`, and what the verdict took, in seconds of processor time.
 */
 
 :- use_module(library(lists)).
@@ -122,17 +122,17 @@ empty_batch(Batch) :-
     retractall(Scene:'facetlog recall'(_, _, _, _, _, _)),
     forget_remembered(Scene).
 
-%!  encoded_verdicts(+Batch, +Facts, -Encoded) is det.
+%!  encoded_verdicts(+Batch, +Facts, +Inferences, -Encoded) is det.
 %
-%   Encoded is brief_verdicts/2 on the facts of the text Facts (facts_on_demand.pl): one string, which
+%   Encoded is brief_verdicts/3 on the facts of the text Facts (facts_on_demand.pl): one string, which
 %   is written and read faster than terms. It has the atoms and numbers of all verdicts in order, each
 %   list after its length and each part after `part` or `group`, with a separator between them; or, if a
 %   name has the separator in it, Encoded is the list of them.
 
-encoded_verdicts(Batch, Facts, Encoded) :-
+encoded_verdicts(Batch, Facts, Inferences, Encoded) :-
     batch_scene(Batch, Scene),
     await_facts(Scene, Facts),
-    brief_verdicts(Batch, Verdicts),
+    brief_verdicts(Batch, Inferences, Verdicts),
     foldl(fields, Verdicts, Fields, []),
     separator(Separator),
     atomic_list_concat(Fields, Separator, Text),
@@ -162,34 +162,53 @@ part_fields(Role-Part, Fields, Rest) :-
 
 size_fields(size(Name, V, Sd), [Name, V, Sd|Rest], Rest).
 
-%!  brief_verdicts(+Batch, -Verdicts) is det.
+%!  brief_verdicts(+Batch, +Inferences, -Verdicts) is det.
 %
-%   On each thing of the scene at hand each model's, in their orders.
+%   On each thing of the scene at hand each model's, in their orders. All together take no more than
+%   most of the Inferences, and one of them no more than a share: who needs more is unknown, and those
+%   after it are judged.
 
-brief_verdicts(Batch, Verdicts) :-
+most_of(0.9).           % the rest is for all that is no judging
+share_of_one(0.1).
+
+brief_verdicts(Batch, Inferences, Verdicts) :-
     batch_scene(Batch, Scene),
+    statistics(inferences, Begun),
+    most_of(Most),
+    share_of_one(Share),
+    End is Begun + integer(Most*Inferences),
+    One is integer(Share*Inferences),
     b_setval(facetlog_scene, Scene),
     findall(Thing, Scene:thing(Thing), Things),
     findall(Verdict,
             ( member(Thing, Things),
               batch_model(Batch, Model, Module, Target),
-              brief(Target, Module, Model, Thing, Verdict) ),
+              brief(Target, Module, Model, Thing, One, End, Verdict) ),
             Verdicts).
 
-brief(Target, Module, Model, Thing, Verdict) :-
+brief(Target, Module, Model, Thing, One, End, Verdict) :-
     Verdict = brief(Model, _, _, _, _, _, _, cost(_, Inferences, Seconds)),
     statistics(inferences, Inferences0),
     statistics(cputime, Seconds0),
-    catch(judged(Target, Module, Model, Thing, Verdict), error(resource_error(stack), _),
-          beyond_limit(Model, Thing, Verdict)),
+    Limit is min(One, End - Inferences0),
+    (   Limit > 0
+    ->  catch(call_with_inference_limit(judged(Target, Module, Model, Thing, Verdict), Limit, Result),
+              error(resource_error(stack), _),
+              beyond_limit(stacks, Model, Thing, Verdict))
+    ;   Result = inference_limit_exceeded
+    ),
+    (   Result == inference_limit_exceeded
+    ->  beyond_limit(inferences, Model, Thing, Verdict)
+    ;   true
+    ),
     statistics(cputime, Seconds1),
     statistics(inferences, Inferences1),
     Inferences is Inferences1 - Inferences0,
     Seconds is Seconds1 - Seconds0.
 
-%   A thing with hundreds of faces in one place may fill the stacks with one model's assignments: only
-%   that is unknown then.
-beyond_limit(Model, Thing, brief(Model, Thing, unknown, 0, 1, [], [], cost(too_many, _, _))).
+%   A thing with hundreds of faces in one place may fill the stacks with one model's assignments, or take
+%   longer than anybody waits: only that is unknown then.
+beyond_limit(Limit, Model, Thing, brief(Model, Thing, unknown, 0, 1, [], [], cost(Limit, _, _))).
 
 judged(none, Module, Model, Thing,
        brief(Model, Of, State, Low, High, Parts, Sizes, cost(0, _, _))) :-

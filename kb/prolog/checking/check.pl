@@ -1,6 +1,8 @@
 :- module(facetlog_check, [ goal_fault/4,        % +Goal, +Position, +Scope, -Fault
                             extended/3,          % +Closure, +Extra, -Goal
-                            inner_goal/3         % +BagGoal, -Variables, -Goal
+                            inner_goal/3,        % +BagGoal, -Variables, -Goal
+                          joined_fault/4,      % +Goal, +Position, +Scope, -Fault
+                          model_place/2        % +Call, -Argument
                           ]).
 
 /** <module> What is wrong with a goal
@@ -25,6 +27,7 @@ goal_fault/4 enumerates all faults.
 :- use_module(facetlog_kb(check_tests)).
 :- use_module(facetlog_kb(foreign_signs)).
 :- use_module(facetlog_kb(named_models)).
+:- use_module(facetlog_kb(joined_names)).
 
                  /*******************************
                  *             GOALS            *
@@ -72,9 +75,47 @@ goal_fault(Goal, Position, Scope, Fault) :-
 quoted_name_fault(Goal, Position, scope(question, _, _, _, _), Fault) :-
     arg(Index, Goal, Argument),
     string(Argument),
-    atom_string(Name, Argument),
     argument_position(Position, Index, At),
-    fault_at(At, "a name has no double quotes: write ~q", [Name], Fault).
+    quoted_fault(Argument, At, Fault).
+
+quoted_fault(String, At, Fault) :-
+    (   number_string(Number, String)
+    ->  fault_at(At, "a number has no double quotes: write ~w", [Number], Fault)
+    ;   atom_string(Name, String),
+        fault_at(At, "a name has no double quotes: write ~q", [Name], Fault)
+    ).
+
+%!  joined_fault(+Goal, +Position, +Scope, -Fault) is nondet.
+%
+%   A question compares a constant with what stands for a model, a verdict or a name, and is none.
+
+joined_fault(Goal, Position, Scope, Fault) :-
+    joined(Goal, Position, place(Call, Index), Constant-At),
+    (   string(Constant)
+    ->  ( special(Call, _, Scope) ; fact_word(Call) ; functor(Call, Name, Arity), search_word(Name/Arity) ),
+        !,
+        quoted_fault(Constant, At, Fault)
+    ;   sorted_place(Call, Index, Sort),
+        argument_fault(Sort, Constant, At, Scope, Fault)
+    ).
+
+%   The argument of Call is of a sort whose names are all known: model, state, truth or kind.
+sorted_place(Call, Index, Sort) :-
+    special(Call, Head, scope(question, _, _, _, _)),
+    arg(Index, Head, Sort),
+    compound(Sort),
+    memberchk(Sort, [model(_), state(_), truth(_), kind(_)]).
+sorted_place(Call, Index, model('Model')) :-
+    test_form(Call, Form),
+    arg(Index, Form, model).
+
+%!  model_place(+Call, -Argument) is nondet.
+%
+%   Argument of Call stands for a model.
+
+model_place(Call, Argument) :-
+    sorted_place(Call, Index, model(_)),
+    arg(Index, Call, Argument).
 
 own(Indicator, scope(_, Own, _, _, _)) :-
     get_assoc(Indicator, Own, _).
@@ -87,13 +128,15 @@ special(possible(_), possible(test('Test')), _).
 special(each_pair(_, _, _, _),
         each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test')), _).
 special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts'), _).
-special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind'), _).
-special(relation(_, _), relation(test('Relation'), 'Truth'), _).
+special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', kind('Kind')), _).
+special(relation(_, _), relation(test('Relation'), truth('Truth')), _).
 special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _, _)).
 special(is_a(_, _), is_a('Thing', model('Model')), scope(question, _, _, _, _)).
 special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree'),
         scope(question, _, _, _, _)).
 special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model')),
+        scope(question, _, _, _, _)).
+special(part_in(_, _, _, _), part_in('Thing', model('Model'), 'Role', 'Part'),
         scope(question, _, _, _, _)).
 special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts'),
         scope(question, _, _, _, _)).
@@ -103,6 +146,12 @@ unknown_word(Name/_, Position, scope(question, _, _, _, _), Fault) :-
     !,
     name_position(Position, At),
     fault_at(At, Advice, [], Fault).
+unknown_word(Name/Arity, Position, Scope, Fault) :-
+    Scope = scope(question, _, _, _, _),
+    \+ callable_word(Scope, Name/_),
+    other_word(Name, Arity, Format, Args),
+    !,
+    fault_at(Position, Format, Args, Fault).
 unknown_word(Name/Arity, Position, Scope, Fault) :-
     findall(Known, callable_word(Scope, Known), Words),
     findall(A, ( member(Name/A, Words), A =\= Arity ), Others),
@@ -118,6 +167,21 @@ unknown_word(Name/Arity, Position, Scope, Fault) :-
         name_position(Position, At)
     ),
     fault_at(At, Format, Args, Fault).
+
+%   What stands in the arguments of questions' words, and how it is asked.
+other_word(Name, _, "~q is a measure: write measure(~w, Value, Sd, Kind)", [Name, Written]) :-
+    written_word(measure, Name, Written).
+other_word(Name, _, "~q is a test: write holds(~w)", [Name, Written]) :-
+    ( Sort = relation ; Sort = test ),
+    written_word(Sort, Name, Written).
+other_word(Name, Arity, "~q is a model: write is_a(Thing, ~q)", [Name, Name]) :-
+    Arity =< 1,
+    model_module(Name, _).
+
+written_word(Sort, Name, Written) :-
+    known_word(Sort, Name/Arity),
+    !,
+    term_signature(Sort, Name/Arity, Written).
 
 words_place(scope(question, _, _, _, _), "no fact and no word of questions").
 words_place(scope(rules, _, _, _, _), "no word of the vocabulary, and this file does not define it").
@@ -197,12 +261,17 @@ argument_fault(model(_), Model, Position, _, Fault) :-
     nonvar(Model),
     \+ string(Model),
     fault_at(Position, "a model's name is wanted here: box", [], Fault).
-argument_fault(state(_), State, Position, _, Fault) :-
-    nonvar(State),
-    \+ string(State),
-    States = [holds, fails, unknown],
-    \+ memberchk(State, States),
-    fault_at(Position, "a verdict is holds, fails or unknown", [], Fault).
+argument_fault(Sort, Name, Position, _, Fault) :-
+    closed_sort(Sort, Names, Format),
+    nonvar(Name),
+    \+ string(Name),
+    \+ memberchk(Name, Names),
+    fault_at(Position, Format, [], Fault).
+
+closed_sort(state(_), [holds, fails, unknown], "a verdict is holds, fails or unknown").
+closed_sort(truth(_), [true, false, unknown], "a relation is true, false or unknown").
+closed_sort(kind(_), [deg, ratio, count, length, area],
+            "a measure's kind is deg, ratio, count, length or area").
 
 %!  extended(+Closure, +Extra, -Goal) is semidet.
 %
@@ -300,10 +369,20 @@ expression_fault(X, Position, Fault) :-
     ->  fault_at(At, "lengths in goals are in metres: write ~w for ~w", [Metres, Name], Fault)
     ;   Arity =:= 0
     ->  fault_at(At, "~q is no number~w", [Name, Hint], Fault)
+    ;   value_of_word(Name, Asked)
+    ->  fault_at(Position, "a goal gives the value, which is then computed with: ~w", [Asked], Fault)
     ;   fault_at(At, "~q is no function of arithmetic~w", [Name/Arity, Hint], Fault)
     ).
 expression_fault(_, Position, Fault) :-
     fault_at(Position, "this is no number", [], Fault).
+
+%   How the value that is named like a function is asked for.
+value_of_word(Name, Asked) :-
+    (   known_word(fact, Name/Arity)
+    ->  signature(Name/Arity, Asked)
+    ;   written_word(measure, Name, Written),
+        format(string(Asked), "measure(~w, Value, Sd, Kind)", [Written])
+    ).
 
 summary_fault(Summary, Position, Fault) :-
     var(Summary),

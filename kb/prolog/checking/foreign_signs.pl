@@ -24,8 +24,17 @@ sign_advice('&',   "write a comma for \"and\"").
 sign_advice(and,   "write a comma for \"and\"").
 sign_advice('||',  "write a semicolon for \"or\", with both goals in parentheses: (A ; B)").
 sign_advice(or,    "write a semicolon for \"or\", with both goals in parentheses: (A ; B)").
+sign_advice('∧',   "write a comma for \"and\"").
+sign_advice('|',   "write a semicolon for \"or\", with both goals in parentheses: (A ; B)").
+sign_advice('∨',   "write a semicolon for \"or\", with both goals in parentheses: (A ; B)").
+sign_advice('¬',   "write \\+ before a goal for \"there is no\"").
+sign_advice('~',   "write \\+ before a goal for \"there is no\"").
+sign_advice('===', "write X =:= Y of numbers, X == Y of names").
+sign_advice('!==', "write X =\\= Y of numbers, X \\== Y of names").
+sign_advice('°',   "angles in goals are in degrees: write the number alone").
 sign_advice('!',   "write \\+ before a goal for \"there is no\"").
 sign_advice(not,   "write \\+ before a goal for \"there is no\"").
+sign_advice(in,    "write member(X, [a, b])").
 sign_advice(between, "write X >= Low, X =< High").
 sign_advice('×',   "write X * Y").
 sign_advice('·',   "write X * Y").
@@ -113,6 +122,7 @@ goes_on(word, Code, _) :- code_type(Code, csym).
 goes_on(sign, Code, _) :- memberchk(Code, `#$&*+-/:<=>?@^~\\!|`).
 
 wrong(sign(Sign), _, 0, Format, []) :-
+    Sign \== '|',                       % of a list, too
     sign_advice(Sign, Format).
 wrong(single(Sign), _, 0, Format, []) :-
     sign_advice(Sign, Format).
@@ -124,7 +134,7 @@ wrong(word(Word), Rest, 0, Format, Args) :-
         Format = "a name with a capital letter is a variable: write ~w(...)",
         Args = [Small]
     ;   downcase_atom(Word, Small),
-        memberchk(Small, [and, or, not, between]),
+        memberchk(Small, [and, or, not, in, between]),
         sign_advice(Small, Format),
         Args = []
     ).

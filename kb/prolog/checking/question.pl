@@ -39,7 +39,11 @@ question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal,
     bind(Bindings, Text, Named0, Named),
     question_scope(Scope),
     name_models(Named, Goal),
-    findall(Fault, goal_fault(Goal, Position, Scope, Fault), Faults),
+    findall(Fault,
+            ( goal_fault(Goal, Position, Scope, Fault)
+            ; joined_fault(Goal, Position, Scope, Fault)
+            ),
+            Faults),
     (   Faults == []
     ->  true
     ;   first_fault(Faults, fault(Start, End, Format, Args)),
@@ -83,18 +87,13 @@ name_models([Name=Variable|Named], Goal) :-
     (   var(Variable),
         model_module(Name, _),
         sub_term(Part, Goal),
+        compound(Part),
         model_place(Part, Place),
         Place == Variable
     ->  Variable = Name
     ;   true
     ),
     name_models(Named, Goal).
-
-model_place(Part, _) :- var(Part), !, fail.
-model_place(is_a(_, Model), Model).
-model_place(verdict(_, Model, _, _), Model).
-model_place(plays(_, _, _, Model), Model).
-model_place(assignment(Model, _, _), Model).
 
                  /*******************************
                  *           VARIABLES          *

@@ -24,6 +24,16 @@ with character offsets into the text, counted from 0. Positions are those of rea
    delete_import_module(facetlog_text, user),
    add_import_module(facetlog_text, system, start).
 
+%   In questions, words of directives are no operators: table is a model.
+:- set_module(facetlog_question_text:class(library)),
+   delete_import_module(facetlog_question_text, user),
+   add_import_module(facetlog_question_text, facetlog_text, start),
+   forall(( current_op(_, fx, Word),
+            memberchk(Word, [table, dynamic, discontiguous, initialization, meta_predicate,
+                             module_transparent, multifile, public, thread_local, thread_initialization,
+                             volatile]) ),
+          op(0, fx, facetlog_question_text:Word)).
+
 %!  limit_of(?What, ?Number) is nondet.
 %
 %   SWI-Prolog 9.0.4 reads a number of n digits in a time that grows with n^2 and cannot be
@@ -63,7 +73,7 @@ without_mark(Text, Plain) :-
 
 read_all(Stream, Text, Items) :-
     character_count(Stream, From),
-    read_one(Stream, Term, Position, _, Singletons, Fault),
+    read_one(facetlog_text, Stream, Term, Position, _, Singletons, Fault),
     (   nonvar(Fault)
     ->  clipped(Fault, From, Text, Clipped),
         Items = [Clipped|Rest],
@@ -106,7 +116,7 @@ read_question(Text, Goal, Position, Names) :-
     string_concat(Plain, "\n.\n", Ended),
     setup_call_cleanup(
         open_string(Ended, Stream),
-        ( read_one(Stream, Goal, Position, Names, _, Fault1),
+        ( read_one(facetlog_question_text, Stream, Goal, Position, Names, _, Fault1),
           character_count(Stream, Read) ),
         close(Stream)),
     (   blank(Plain)
@@ -137,7 +147,7 @@ faulty(fault(Start, End, Format, Args)) :-
 blank(Text) :-
     setup_call_cleanup(
         open_string(Text, Stream),
-        read_one(Stream, Term, Position, _, _, Fault),
+        read_one(facetlog_text, Stream, Term, Position, _, _, Fault),
         close(Stream)),
     var(Fault),
     at_the_end(Term, Position, Text).
@@ -146,9 +156,9 @@ blank(Text) :-
                  *           THE READER         *
                  *******************************/
 
-read_one(Stream, Term, Position, Names, Singletons, Fault) :-
+read_one(Module, Stream, Term, Position, Names, Singletons, Fault) :-
     catch(read_term(Stream, Term,
-                    [ module(facetlog_text), syntax_errors(error),
+                    [ module(Module), syntax_errors(error),
                       subterm_positions(Position), variable_names(Names), singletons(Singletons),
                       quasi_quotations(Quotations),
                       double_quotes(string), back_quotes(codes),

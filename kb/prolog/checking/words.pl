@@ -4,6 +4,7 @@
                             known_word/2,         % ?Kind, ?Indicator
                             vocabulary_tolerance/1, % ?Name
                             signature/2,          % +Indicator, -Signature
+                            term_signature/3,     % +Kind, +Indicator, -Signature
                             question_words/1      % -Words
                           ]).
 
@@ -307,7 +308,10 @@ signature_of(Kind, Indicator, Signature) :-
     ;   signature(Indicator, Signature)
     ).
 
-%   A measure has the first arguments of the fact of its name.
+%!  term_signature(+Kind, +Indicator, -Signature) is det.
+%
+%   The same of a measure, relation or test; a measure has the first arguments of the fact of its name.
+
 term_signature(Kind, Indicator, Signature) :-
     described_signature(Kind, Indicator, Signature),
     !.

@@ -117,6 +117,14 @@ class GltfData:
             raw = np.maximum(raw / np.iinfo(component).max, -1.0)
         return raw
 
+    def step(self, index: int) -> float:
+        """Return the distance of neighbouring values of an accessor; 0 where they are floats."""
+        accessor = self.document["accessors"][index]
+        component = np.dtype(COMPONENTS[accessor["componentType"]])
+        if component.kind not in "iu":
+            return 0.0
+        return 1.0 / float(np.iinfo(component).max) if accessor.get("normalized") else 1.0
+
     def _replace_sparse(
         self, raw: FloatArray, sparse: dict[str, Any], width: int, component: np.dtype[Any]
     ) -> None:

@@ -87,7 +87,7 @@ def read_gltf(path: Path, data: bytes, kind: str, limits: Limits) -> TriangleLis
         raise InputError(f"{name}: is no sound glTF ({exc!s:.80}); export it again") from exc
     if not len(triangles):
         raise NoTrianglesError(f"{name}: shows no triangles; export the mesh with its scene")
-    return TriangleList(vertices, triangles, UP, 1.0, scene.warnings)
+    return TriangleList(vertices, triangles, UP, 1.0, scene.warnings, scene.step)
 
 
 def _check_asset(document: dict[str, Any], name: str) -> None:
@@ -118,6 +118,8 @@ class _Scene:
         """World matrices (4, 4) of all nodes, by their numbers."""
         self.shown: list[int] = []
         self.warnings: tuple[str, ...] = ()
+        self.step = 0.0
+        """Of the coarsest part that was read: the distance of neighbouring coordinates."""
         parents: dict[int, int] = {}
         for parent, node in enumerate(self.nodes):
             for child in node.get("children", ()):
@@ -205,7 +207,17 @@ class _Scene:
                     yield self._skin(points, primitive, node["skin"]), triangles
                     continue
                 for matrix in self._iter_instances(node):
-                    yield _moved(points, triangles, self.places[number] @ matrix)
+                    place = self.places[number] @ matrix
+                    self._note_step(primitive, place)
+                    yield _moved(points, triangles, place)
+
+    def _note_step(self, primitive: dict[str, Any], *places: FloatArray) -> None:
+        """Keep how far apart neighbouring coordinates of a primitive are, at most, once moved."""
+        step = self.data.step(primitive["attributes"]["POSITION"])
+        if step:
+            self.step = max(
+                self.step, *(step * float(np.linalg.norm(m[:3, :3], 2)) for m in places)
+            )
 
     def _read_primitive(
         self, primitive: dict[str, Any], weights: Sequence[float]
@@ -269,6 +281,7 @@ class _Scene:
         if "inverseBindMatrices" in skin:
             inverse = self.data.read(skin["inverseBindMatrices"]).reshape(-1, 4, 4)
             matrices = matrices @ inverse[: len(joints)].transpose(0, 2, 1)  # column-major
+        self._note_step(primitive, *matrices)
         sets = [key.removeprefix("JOINTS_") for key in attributes if key.startswith("JOINTS_")]
         owners = np.hstack([self.data.read(attributes[f"JOINTS_{k}"]) for k in sets])
         weights = np.hstack([self.data.read(attributes[f"WEIGHTS_{k}"]) for k in sets])

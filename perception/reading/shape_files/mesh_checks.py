@@ -47,7 +47,8 @@ DEFAULT_LIMITS = Limits()
 class TriangleList:
     """Triangles (m, 3) of indices into vertices (n, 3), as a file has them.
 
-    `up` (3,) and `unit_metres` where the format says them.
+    `up` (3,) and `unit_metres` where the format says them; `step` is the distance of neighbouring
+    coordinates where they were rounded to whole numbers.
     """
 
     vertices: FloatArray
@@ -55,6 +56,7 @@ class TriangleList:
     up: tuple[float, float, float] | None = None
     unit_metres: float | None = None
     warnings: tuple[str, ...] = ()
+    step: float = 0.0
 
 
 def cut_polygons(

@@ -38,7 +38,8 @@ class Mesh:
     """Triangles (m, 3) of indices into vertices (n, 3), as a file has them, all finite.
 
     `up` (3,) is the axis and `unit_metres` the length of the unit, both None where the format
-    does not say. `left_out` is how many triangles were, and `warnings` say why.
+    does not say. Vertices were rounded to multiples of `step`, 0 where it is not known.
+    `left_out` is how many triangles were, and `warnings` say why.
     """
 
     vertices: FloatArray
@@ -48,6 +49,7 @@ class Mesh:
     name: str = "mesh"
     left_out: int = 0
     warnings: tuple[str, ...] = ()
+    step: float = 0.0
 
     @classmethod
     def of(
@@ -59,6 +61,7 @@ class Mesh:
         up: ArrayLike | None = None,
         unit_metres: float | None = None,
         warnings: tuple[str, ...] = (),
+        step: float = 0.0,
     ) -> "Mesh":
         """A mesh of any arrays; triangles with corners that are not finite or missing are dropped.
 
@@ -87,6 +90,7 @@ class Mesh:
             name,
             lost,
             (*warnings, said) if lost else warnings,
+            step,
         )
 
 
@@ -117,6 +121,7 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
                 up=found.up,
                 unit_metres=found.unit_metres,
                 warnings=found.warnings,
+                step=found.step,
             )
     except InputError:
         raise

@@ -31,6 +31,11 @@ __all__ = ["read_obj"]
 # Corners are v, v/vt, v//vn or v/vt/vn.
 OTHER_INDICES = re.compile(rb"/[-+\d/]*")
 FREE_FORM = (b"curv", b"curv2", b"surf")
+# What uses vertices beside faces.
+LINES_AND_POINTS = (b"l", b"p")
+# Vertices after all that faces name: fewer, or a smaller share, are left over from editing.
+LEAST_LEFT = 4
+LEAST_LEFT_SHARE = 0.01
 
 
 def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
@@ -43,7 +48,7 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
         raise InputError(f"{name}: is no text, so no OBJ; export the mesh again")
     vertices, faces = list[bytes](), list[bytes]()
     vertex_lines, face_lines, before = list[int](), list[int](), list[int]()
-    free_form = False
+    free_form = drawn = False
     for number, line in _logical_lines(text):
         match line[:2]:
             case b"v ":
@@ -55,7 +60,7 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
                 face_lines.append(number)
                 before.append(len(vertices))
                 continue
-            case b"vn" | b"vt" | b"# " | b"" | b"l " | b"g " | b"s " | b"o " | b"us":
+            case b"vn" | b"vt" | b"# " | b"" | b"g " | b"s " | b"o " | b"us":
                 continue
         words = line.split(None, 1)
         match words[:1]:
@@ -68,6 +73,7 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
                 before.append(len(vertices))
             case [word]:
                 free_form |= word in FREE_FORM
+                drawn |= word in LINES_AND_POINTS
     if not faces and free_form:
         raise InputError(f"{name}: has free-form surfaces only; export it as polygons")
     if not faces and not vertices:
@@ -81,9 +87,22 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
     corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
     found = cut_polygons(points, corners, sizes, name, limits)
     if not free_form:
-        return found
+        said = () if drawn else _warn_of_cut(corners, len(points))
+        return replace(found, warnings=(*found.warnings, *said))
     left_out = "free-form surfaces are left out; export them as polygons"
     return replace(found, warnings=(*found.warnings, left_out))
+
+
+def _warn_of_cut(corners: Indices, count: int) -> tuple[str, ...]:
+    """Warn where faces name all vertices up to one, and none of many after it."""
+    named = int(corners.max()) + 1
+    left = count - named
+    if left < max(LEAST_LEFT, LEAST_LEFT_SHARE * count) or len(np.unique(corners)) < named:
+        return ()
+    return (
+        f"no face names the last {left:,} of {count:,} vertices: if the file was cut off, export "
+        "or copy it again",
+    )
 
 
 def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:

@@ -55,7 +55,8 @@ class Surface:
     `size` is the diagonal. `links` (k, 2) are pairs of triangles that share an edge, wound alike;
     `link_edges` (k, 2) the ends of that edge. `sheets` (m,) number the triangles joined by such
     links, `bodies` (m,) those that share any corner; `closed` (m,) are triangles whose normal is
-    known to point out. `warnings` say what was left out of the mesh called `name`.
+    known to point out. Points were rounded to multiples of `step`, 0 where it
+    is not known. `warnings` say what was left out of the mesh called `name`.
     """
 
     points: FloatArray
@@ -71,6 +72,7 @@ class Surface:
     size: float
     name: str = "mesh"
     warnings: tuple[str, ...] = ()
+    step: float = 0.0
 
     @property
     def lone(self) -> NDArray[np.bool_]:
@@ -116,7 +118,7 @@ def clean_mesh(mesh: Mesh) -> Surface:
     triangles, normals, double = triangles[solid], normals[solid], double[solid]
     normals /= double[:, None]
     surface = _wound(points, triangles, normals, 0.5 * double, centre, size)
-    return replace(surface, name=mesh.name, warnings=warnings)
+    return replace(surface, name=mesh.name, warnings=warnings, step=mesh.step)
 
 
 def rebuilt(surface: Surface, triangles: Indices) -> Surface:
@@ -132,7 +134,7 @@ def rebuilt(surface: Surface, triangles: Indices) -> Surface:
         surface.centre,
         surface.size,
     )
-    return replace(made, name=surface.name, warnings=surface.warnings)
+    return replace(made, name=surface.name, warnings=surface.warnings, step=surface.step)
 
 
 def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatArray, FloatArray]:

@@ -49,6 +49,11 @@ def without_loose_strips(surface: Surface) -> Surface:
         f"{int(strips.sum()):,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were "
         f"left out, {100.0 * share:.2g}% of its surface"
     )
-    mesh = Mesh(surface.points + surface.centre, surface.triangles[~left], name=surface.name)
+    mesh = Mesh(
+        surface.points + surface.centre,
+        surface.triangles[~left],
+        name=surface.name,
+        step=surface.step,
+    )
     rest = clean_mesh(mesh)
     return replace(rest, warnings=(*surface.warnings, *rest.warnings, line))

@@ -93,7 +93,7 @@ def flat_pieces(
         found += ((polygon, frame, members) for polygon, members in merged)
     if not found:
         return ()
-    return _regions(moments, found, names, size)
+    return _regions(moments, found, names, size, surface.step)
 
 
 def _regions(
@@ -101,6 +101,7 @@ def _regions(
     found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]],
     names: Indices,
     sizes: FloatArray,
+    step: float,
 ) -> tuple[Piece, ...]:
     """Pieces with planes of their own, fitted to what they were made of, in objects of `sizes`."""
     region_of = np.full(len(moments.areas), -1, dtype=np.int64)
@@ -110,8 +111,9 @@ def _regions(
     pieces = []
     for nth, (polygon, frame, members) in enumerate(found):
         size = float(sizes[members[0]])
-        plane = fitted_plane(fits, nth, size)
-        region = _region(polygon, frame, plane, float(fits.rms[nth]), size)
+        plane = fitted_plane(fits, nth, size, step)
+        corner_sd = float(max(fits.rms[nth], step / np.sqrt(12.0)))
+        region = _region(polygon, frame, plane, corner_sd, size)
         if region is not None:
             pieces.append(Piece(region, float(polygon.area), tuple(names[list(members)].tolist())))
     return tuple(pieces)
@@ -208,7 +210,7 @@ class _Outlines:
 
 
 def _region(
-    polygon: shapely.Polygon, frame: _Frame, plane: Plane, rms: float, size: float
+    polygon: shapely.Polygon, frame: _Frame, plane: Plane, corner_sd: float, size: float
 ) -> FlatRegion | None:
     """The polygon on its plane, simplified; None where nothing is left of it."""
     extent = float(np.linalg.norm(np.ptp(np.array(polygon.bounds).reshape(2, 2), axis=0)))
@@ -231,7 +233,7 @@ def _region(
         onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
         return onto
 
-    sd = float(np.sqrt(rms**2 + moved**2 + (RESOLUTION * size) ** 2))
+    sd = float(np.sqrt(corner_sd**2 + moved**2 + (RESOLUTION * size) ** 2))
     return FlatRegion(
         plane, lifted(simple.exterior), tuple(lifted(r) for r in simple.interiors), sd
     )

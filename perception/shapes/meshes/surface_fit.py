@@ -109,14 +109,16 @@ class Moments:
         )
 
 
-def fitted_plane(fits: Fits, group: int, size: float) -> Plane:
+def fitted_plane(fits: Fits, group: int, size: float, step: float = 0.0) -> Plane:
     """The plane of one group with its covariance, about the surface's own middle.
 
-    With sd the rms distance, not less than the resolution of `size`: tilt about the in-plane axis
+    With sd the rms distance, not less than the resolution of `size`, nor than step / √12 where
+    coordinates were rounded to multiples of `step`: tilt about the in-plane axis
     e has variance sd² / (n λ), λ the variance of the surface across e; the offset at the middle
-    has sd² / n; n = 4.
+    has sd² / n; n = 4. Along an axis all corners are rounded alike: then the offset has step² / 12.
     """
-    sd = max(float(fits.rms[group]), RESOLUTION * size)
+    rounding = step / np.sqrt(12.0)
+    sd = max(float(fits.rms[group]), RESOLUTION * size, rounding)
     middle, normal = fits.middles[group], fits.normals[group]
     tilt = np.zeros((3, 3))
     for variance, axis in zip(fits.variances[group], fits.axes[group], strict=True):
@@ -125,5 +127,5 @@ def fitted_plane(fits: Fits, group: int, size: float) -> Plane:
         tilt += sd**2 / (INDEPENDENT * max(float(variance), floor)) * np.outer(axis, axis)
     lever = np.vstack([np.eye(3), -middle])
     cov = lever @ tilt @ lever.T
-    cov[3, 3] += sd**2 / INDEPENDENT
+    cov[3, 3] += max(sd**2 / INDEPENDENT, rounding**2)
     return Plane(normal, float(-normal @ middle), cov)

@@ -13,6 +13,7 @@ from facetlog.batch.rows import Row, error_row, scene_row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.brief_verdict import STACKS
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import too_large
 from facetlog.perception.facts.all_facts import FactColumns, fact_columns
@@ -23,9 +24,6 @@ from facetlog.perception.shapes.shape_options import says_itself
 from facetlog.terminal import one_line, short_line
 
 __all__ = ["SceneEngine"]
-
-STACKS = "the limit of memory (Prolog's stacks)"
-"""How bridge.pl begins what it says when a stack cannot grow."""
 
 BYTES_AT_ONCE = 400_000
 """Of scene files that are read and made into facts together: some 500 faces, and 40 ms."""
@@ -174,10 +172,18 @@ class SceneEngine:
         with self.profile.timed("judge"):
             verdicts = self._judge.judge_columns(facts)
         self.profile.add(verdicts)
-        beyond = [verdict for verdict in verdicts if verdict.too_large]
-        if beyond and left_mb() < self._limits.stack_mb:  # a fresh process may have more
+        beyond: dict[tuple[str, str], list[str]] = {}
+        for verdict in verdicts:
+            if verdict.limit:
+                beyond.setdefault((verdict.thing, verdict.limit), []).append(verdict.model)
+        if (
+            any(limit == STACKS for _, limit in beyond) and left_mb() < self._limits.stack_mb
+        ):  # a fresh process may have more
             raise EngineError(f"{STACKS} was reached")
-        too_many = [too_large(v.model, v.thing, f"{STACKS} was reached") for v in beyond]
+        too_many = [
+            too_large(models, thing, f"{limit} was reached")
+            for (thing, limit), models in beyond.items()
+        ]
         return scene_row(
             read.item,
             self._settings,

@@ -111,7 +111,7 @@ def classify_command(
         bool, typer.Option("--resume", help="Go on with a run that was stopped.")
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace table and report, and start over.")
+        bool, typer.Option("--overwrite", help="Replace the table, and start over.")
     ] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 1 if a scene had an error.")
@@ -203,7 +203,7 @@ def classify_command(
     if report is not None:
         from facetlog.batch.pages.report import write_report
 
-        check_page(report, "--report", read, overwrite=overwrite)
+        check_page(report, "--report", read, overwrite=None)  # --overwrite is of the table
     if html is not None:
         from facetlog.batch.pages.scene_pages import check_pages
 

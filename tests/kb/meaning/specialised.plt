@@ -152,7 +152,7 @@ in_batch(Rules, Outline) :-
     gensym(batch, Batch),
     open_batch(Batch, Batch, [Rules-[m]], Asked),
     forall(( stated(Fact), functor(Fact, Name, Arity), memberchk(Name-Arity, Asked) ), assertz(Batch:Fact)),
-    brief_verdicts(Batch, [brief(m, t1, State, Low, High, Parts, Sizes, _)]),
+    brief_verdicts(Batch, 100_000_000, [brief(m, t1, State, Low, High, Parts, Sizes, _)]),
     close_batch(Batch),
     Outline = outline(State, Low, High, Parts, Sizes).
 

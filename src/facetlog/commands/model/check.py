@@ -68,8 +68,11 @@ def check_command(
 
 def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, limits: bool) -> Ran:
     from facetlog.commands.model.fault_text import distinct, errors_in
+    from facetlog.grammar.checking.same_names import SameNames
+    from facetlog.grammar.library import read_text
 
     paths = model_files(arguments)
+    same_names = SameNames(read_text, paths)
     used: set[Path] = set()
     read: dict[str, File] = {}
     found: list[Fault] = []
@@ -78,7 +81,7 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, li
         analysis, faults = checked(path)
         used |= {*analysis.library.files, *analysis.library.words}
         read |= {str(name): file for name, file in analysis.library.files.items()}
-        found.extend(faults)
+        found.extend((*faults, *same_names.faults(analysis)))
         if limits:
             shown += _limits(analysis)
     faults = distinct(found)

@@ -91,4 +91,6 @@ def stdin_text() -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as exc:
         line = data.count(b"\n", 0, exc.start) + 1
-        raise InputError(f"standard input: line {line} is no UTF-8 text") from None
+        raise InputError(
+            f"standard input: line {line} is no UTF-8 text: save it as UTF-8"
+        ) from None

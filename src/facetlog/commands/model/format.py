@@ -47,6 +47,7 @@ def _format(arguments: list[str], *, check: bool, diff: bool) -> Ran:
 
 def _formatted(path: Path, *, check: bool, diff: bool) -> int:
     """The exit code of one file; those after it are laid out whatever came of it."""
+    from facetlog.grammar.faults import Severity
     from facetlog.grammar.format import differences, formatted
     from facetlog.grammar.reading.parse import parse
     from facetlog.grammar.source import Source
@@ -57,7 +58,7 @@ def _formatted(path: Path, *, check: bool, diff: bool) -> int:
         error(str(exc))
         return exc.exit_code
     source = Source(str(path), before)
-    faults = parse(source).faults
+    faults = [fault for fault in parse(source).faults if fault.severity is Severity.ERROR]
     if faults:
         said = f"{counted(len(faults), 'fault')}, the first at {faults[0].place}"
         note(f"{path} is left as it is: it has {said}: {faults[0].message}")

@@ -10,7 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.types import FloatArray
 
 BLOCK = np.array([(x, y, z) for x in (0.0, 1.2) for y in (0.0, 0.7) for z in (0.0, 0.4)])
@@ -117,6 +119,25 @@ def test_quantised_positions(
     made.node["scale"] = [scale] * 3
     made.document["extensionsRequired"] = ["KHR_mesh_quantization"]
     assert extent(made.read(tmp_path)) == pytest.approx(WHOLE, abs=1.2 / most)
+
+
+@pytest.mark.parametrize("kind", ["<i1", "<i2"])
+def test_the_sd_of_quantised_sizes_is_as_large_as_their_error(tmp_path: Path, kind: str) -> None:
+    made = Made()
+    most = np.iinfo(np.dtype(kind)).max
+    sizes = np.array([1.2, 0.6512, 0.4077])
+    made.primitive["attributes"]["POSITION"] = made.add(
+        np.round(BLOCK / BLOCK.max(axis=0) * sizes / 1.2 * most), kind, normalized=True
+    )
+    made.node["scale"] = [1.2] * 3
+    scene = scene_of_mesh(made.read(tmp_path), up=(0.0, 0.0, 1.0), metric=True)
+    lengths = [row[1:] for row in fact_rows(scene)["edge_length"]]
+    assert len(lengths) == 12
+    step = 1.2 / most
+    for length, sd in lengths:
+        error = np.abs(sizes - length).min()
+        assert error < 3.0 * sd
+        assert sd == pytest.approx(step / np.sqrt(6.0), rel=0.5)  # two ends, each step / √12
 
 
 def test_interleaved_and_sparse_positions(tmp_path: Path) -> None:

@@ -292,3 +292,16 @@ def test_a_page_that_is_saved_as_a_mesh_is_no_truncated_one(tmp_path: Path) -> N
         with pytest.raises(InputError) as refused:
             read_mesh(written(tmp_path, f"page.{kind}", page))
         assert "truncated" not in str(refused.value)
+
+
+def test_an_obj_that_ends_before_its_last_faces_warns(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    lines = groups(3, relative=False, texture=False, cut=False).splitlines(keepends=True)
+    last = max(i for i, line in enumerate(lines) if line.startswith(b"v "))
+    path.write_bytes(b"".join(lines[: last + 1]))
+    (line,) = read_mesh(path).warnings
+    assert "cut off" in line
+    path.write_bytes(b"".join(lines))
+    assert read_mesh(path).warnings == ()
+    path.write_bytes(b"".join(lines[: last + 1]) + b"l -1 -2 -3 -4\n")  # drawn as lines
+    assert read_mesh(path).warnings == ()
