@@ -1,6 +1,6 @@
 """Every kind of fault of the language: what it is, how grave, and an example.
 
-The reference, the reports of `model check` and editors are made from these rows.
+`facetlog model words faults`, the reports of `model check` and editors are made from these rows.
 """
 
 from collections.abc import Mapping

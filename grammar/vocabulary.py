@@ -1,7 +1,7 @@
 """The words that models are written in: what they take, what they give, what they mean.
 
-One row a word. rules/vocabulary.pl computes them (a test compares both); the reference of
-docs/models.md, the checker, completion and hover are made from these rows.
+One row a word. rules/vocabulary.pl computes them (a test compares both); `facetlog model
+words`, the checker, completion and hover are made from these rows.
 """
 
 from collections.abc import Mapping

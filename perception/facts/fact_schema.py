@@ -1,7 +1,7 @@
 """The facts' schema: which facts perception states about a scene, and what their arguments are.
 
 This is the contract between perception and the knowledge base. It needs no numerics, so the
-knowledge base can read it cheaply; the table of docs/facts.md is made from it.
+knowledge base can read it cheaply; `facetlog model words facts` prints it.
 """
 
 from facetlog.perception.facts.fact_kinds import (
@@ -27,7 +27,6 @@ __all__ = [
     "Solutions",
     "Value",
     "fact_fault",
-    "schema_table",
 ]
 
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
@@ -520,22 +519,3 @@ def fact_fault(fact: Fact) -> str | None:
         if type(value) is not wanted:
             return f"{fact.functor}: {argument.name} is {value!r}, not of type {wanted.__name__}"
     return None
-
-
-def schema_table() -> str:
-    """The schema as the Markdown table of docs/facts.md."""
-    lines = [
-        "| fact | given the + ones | units | meaning | absent when |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for kind in FACT_SCHEMA:
-        names = [
-            ("+" if i < kind.keys else "") + argument.name
-            for i, argument in enumerate(kind.arguments)
-        ]
-        units = dict.fromkeys(a.kind.value for a in kind.arguments if not a.kind.is_name)
-        lines.append(
-            f"| `{kind.functor}({', '.join(names)})` | {kind.solutions} | {', '.join(units)} "
-            f"| {kind.meaning} | {kind.absent} |"
-        )
-    return "\n".join(lines) + "\n"
