@@ -20,7 +20,7 @@ from facetlog.grammar.spoken import SPOKEN_WORDS
 from facetlog.grammar.units import UNITS
 from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kinds, Word
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Solutions
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, Parameter
 
 __all__ = ["TOPICS", "Entry", "format_markdown", "list_entries"]
@@ -189,6 +189,13 @@ def _format_size(size: Parameter) -> str:
     return f"{size.default:.6g} m" if size.default >= 1.0 else f"{size.default * 100:.6g} cm"
 
 
+_COUNTS = {
+    Solutions.ONE: "exactly one",
+    Solutions.AT_MOST_ONE: "at most one",
+    Solutions.ANY: "any number",
+}
+
+
 def _facts() -> Iterator[Entry]:
     for kind in FACT_SCHEMA:
         names = [
@@ -196,7 +203,7 @@ def _facts() -> Iterator[Entry]:
             for i, argument in enumerate(kind.arguments)
         ]
         units = dict.fromkeys(a.kind.value for a in kind.arguments if not a.kind.is_name)
-        notes = {"given the +": str(kind.solutions)}
+        notes = {"facts for given + arguments": _COUNTS[kind.solutions]}
         if units:
             notes["units"] = ", ".join(units)
         if kind.absent:
