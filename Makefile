@@ -56,11 +56,10 @@ format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-reference: $(STAMP) ## make the reference of docs/models.md, and its picture of words
-	$(BIN)/python scripts/write_reference.py
+reference: $(STAMP) ## draw the picture of words in docs/pictures
 	$(BIN)/python scripts/draw_vocabulary.py
 
-docs: $(STAMP) ## the pages of the Python interface, into out/docs; warnings are errors
+docs: $(STAMP) ## the pages of the Python interface and of all words, into out/docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model

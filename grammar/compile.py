@@ -1,6 +1,6 @@
 """Checked models into Prolog: clauses that name the line that they were made from.
 
-The clauses are those that docs/models.md describes for models written in Prolog; the knowledge base
+The clauses are those of models written in Prolog (docs/model-reference.md); the knowledge base
 checks and loads them like any other rule file.
 """
 

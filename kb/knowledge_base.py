@@ -168,7 +168,7 @@ class KnowledgeBase(Closing):
         `cache_key` says what the facts are made from and by what: if facts of that key were loaded
         before, compiled ones are taken, and `facts` is not read at all. `on_demand` makes those
         that `facts` leaves out, once they are asked for. Raises EngineError, and leaves nothing
-        behind, if a fact is not one of docs/facts.md.
+        behind, if a fact is not one of the schema.
         """
         began, module = perf_counter(), scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)

@@ -133,8 +133,8 @@ def recognize(
 ) -> Recognition:
     """What the built-in models and the user's say of each thing in a scene.
 
-    `model_paths` are files and folders of rules (docs/models.md), as for `open_knowledge_base`.
-    `limits` holds for each model on each thing.
+    `model_paths` are files and folders of models, as for `open_knowledge_base`. `limits` holds
+    for each model on each thing.
     """
     with open_knowledge_base(model_paths, trusted=trusted, limits=limits) as base:
         return judge_scene(base, scene_name, facts)

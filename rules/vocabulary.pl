@@ -33,7 +33,7 @@ What rules are written in. There are three sorts of words:
   - *searches* (face_of/2, standing_below/2, ...), Prolog predicates that propose faces.
 
 Relations and measures appear as terms in the tests of a model, so that every verdict can say what
-it compared with what; docs/models.md lists them. Unknown has causes that a reader can remove: up or
+it compared with what; `facetlog model words` lists them. Unknown has causes that a reader can remove: up or
 scale not given, or a face not seen. A part that was not seen is written `unseen`; whatever is asked
 of it is unknown. Only measured faces are evidence: a face that was completed from its neighbours
 is never proposed.

@@ -1,4 +1,4 @@
-"""Boxes as people have them in meshes: what is a box by docs/models.md, told in many ways.
+"""Boxes as people have them in meshes: what is a box by rules/box.model, told in many ways.
 
 A box is closed and solid, with three pairs of parallel faces, and its least side is at least 8 % of
 its longest. Each maker takes a generator of random numbers and gives a mesh, with z upwards.

@@ -1,7 +1,7 @@
 """Tables, chairs and what is none of table, chair and box, as meshes with z upwards.
 
 Each maker takes a generator of random numbers. A table is a level top with free space beneath it,
-a chair a level seat with a back that rises at one side (docs/models.md); lengths are metres.
+a chair a level seat with a back that rises at one side (rules/chair.model); lengths are metres.
 """
 
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,7 @@
 """Conditions into tests, and the goals that find what they range over.
 
-A test is a term that the knowledge base evaluates (docs/models.md); what it goes through, other
-faces or the members of a set, is found by goals before it.
+A test is a term that the knowledge base evaluates (docs/model-reference.md); what it goes through,
+other faces or the members of a set, is found by goals before it.
 """
 
 import math

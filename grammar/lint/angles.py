@@ -36,7 +36,7 @@ MOST_FACES = 24
 
 LEVEL, OPPOSED = 10.0, 165.0
 """Degrees: `level` and `upright` are within 10 of it (rules/vocabulary.pl); `opposite` faces are at
-most 15 from opposed (docs/facts.md)."""
+most 15 from opposed (fact_schema.py)."""
 
 # What conditions say of an angle: word, whether it is to the way up, region.
 _OF_UP = {"level": (0.0, LEVEL), "upright": (90.0 - LEVEL, 90.0)}

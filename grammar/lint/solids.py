@@ -1,6 +1,6 @@
 """What holds of every solid: inequalities between measures, and conditions that exclude each other.
 
-Only what docs/facts.md says of the facts: bounds that these give are sure, but where it is said
+Only what the schema of facts says: bounds that these give are sure, but where it is said
 otherwise. A face may stand askew in its thing, so that it is longer than the thing's least box: no
 more than its diagonal is certain.
 """
@@ -172,7 +172,7 @@ its length (rules/vocabulary.pl)."""
 
 THROUGH_AT_MOST: Mapping[str, float] = {"convex": 180.0}
 THROUGH_AT_LEAST: Mapping[str, float] = {"concave": 180.0}
-"""`convex` and `concave` as bounds of the dihedral in degrees (docs/facts.md)."""
+"""`convex` and `concave` as bounds of the dihedral in degrees (fact_schema.py)."""
 
 HIGHER: Mapping[str, tuple[int, int]] = {"above": (0, 1), "below": (1, 0)}
 """Which of the two is the higher, and which the lower, of conditions that compare heights."""

@@ -47,6 +47,6 @@ def _name(text: str) -> str:
 
 def facts_program(facts: Iterable[Fact]) -> Iterator[str]:
     """Lines of a file that `swipl` loads by itself, for `facts.pl`."""
-    yield "% Facts of one scene; docs/facts.md says what they mean."
+    yield "% Facts of one scene; `facetlog model words facts` explains them."
     yield ":- style_check(-discontiguous)."
     yield from map(fact_text, facts)

@@ -1,4 +1,4 @@
-"""All facts of a scene, as docs/facts.md states them: the end of perception.
+"""All facts of a scene, as fact_schema.py states them: the end of perception.
 
 Angles leave in degrees, lengths in the scene's unit. Faces are named f1 …, edges e1 …, vertices
 v1 …, views view1 …, things t1 …, in the scene's order; sides of faces that the scene lists no

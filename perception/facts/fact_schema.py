@@ -1,7 +1,7 @@
 """The facts' schema: which facts perception states about a scene, and what their arguments are.
 
 This is the contract between perception and the knowledge base. It needs no numerics, so the
-knowledge base can read it cheaply; the table of docs/facts.md is made from it.
+knowledge base can read it cheaply; `facetlog model words facts` prints it.
 """
 
 from facetlog.perception.facts.fact_kinds import (
@@ -27,15 +27,14 @@ __all__ = [
     "Solutions",
     "Value",
     "fact_fault",
-    "schema_table",
 ]
 
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
-_UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
+_UPRIGHT = "up is not known, or a face is within 10° of upright"
 
-_NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level or lies within its thing"
-_NO_BACK = _NO_LEVEL + ", or no side is closed more than the one opposite"
+_NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level or lies inside its object"
+_NO_BACK = _NO_LEVEL + ", or no side is closed more than the opposite one"
 _NO_FRONT = _NO_BACK + ", or unseen space could be a back at another side"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
 _NO_CAMERA = "no camera of the view is known, as of meshes and clouds"
@@ -46,11 +45,11 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind("up X:number Y:number Z:number", _MAYBE, "unit vector upwards", _NO_UP),
     _kind("view +View:view Name:text", _ONE, "a picture and its file name"),
     _kind("vertex +V:vertex", _ONE, "a 3-D vertex"),
-    _kind("point +V:vertex X:length Y:length Z:length", _ONE, "where the vertex is"),
+    _kind("point +V:vertex X:length Y:length Z:length", _ONE, "the position of the vertex"),
     _kind(
         "point_cov +V:vertex XX:area XY:area XZ:area YY:area YZ:area ZZ:area",
         _ONE,
-        "covariance of that place",
+        "covariance of that position",
     ),
     _kind(
         "vertex_label +V:vertex Label:symbol",
@@ -90,13 +89,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "plane_sd +F:face TiltSd:deg OffsetSd:length",
         _ONE,
-        "how sure the plane is: worst tilt of the normal, offset at the face's middle",
+        "uncertainty of the plane: largest tilt of the normal, offset at the middle of the face",
     ),
     _kind(
         "corner +F:face +I:count V:vertex",
         _ONE,
         "V is the I-th vertex (from 1) of the outline, counter-clockwise from outside",
-        "I is above the number of corners",
+        "I exceeds the number of corners",
     ),
     _kind(
         "bounds +E:edge F:face",
@@ -108,67 +107,64 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "length +F:face L:length Sd:length",
         _ONE,
-        "longer side of the least rectangle round the face",
+        "longer side of the least rectangle around the face",
     ),
     _kind("width +F:face W:length Sd:length", _ONE, "shorter side of that rectangle"),
-    _kind("fill +F:face R:share Sd:share", _ONE, "area over that rectangle's"),
+    _kind("fill +F:face R:share Sd:share", _ONE, "area divided by that of the rectangle"),
     _kind("coverage +F:face R:share", _ONE, "share of the face seen in at least one view"),
     _kind(
         "viewpoint +P:symbol X:length Y:length Z:length",
         _ONE,
-        "from where something was seen: P is a view, whose camera stood there, or `scan1` …, where "
-        "a scanner did",
+        "position of a camera or scanner: P is a view, or `scan1` …",
     ),
     _kind(
         "shows +View:view +F:face Seen:share Outside:share",
         _MAYBE,
-        "share of the face that the view shows, and share that lies outside of its picture",
-        "the view looks at the face from behind or along it, or nobody noted what views show",
+        "share of the face that the view shows, and share outside of its picture",
+        "the view looks at the face from behind or along it, or visibility was not recorded",
     ),
     _kind(
         "hides +View:view +F:face +By:face R:share",
         _MAYBE,
         "share of the face F that the face By hides from the view",
-        "it hides nothing of it, or nobody noted what views show",
+        "it hides nothing of it, or visibility was not recorded",
     ),
-    _kind(
-        "thing +T:thing", _ONE, "a connected group of faces and loose edges, judged as one object"
-    ),
+    _kind("thing +T:thing", _ONE, "an object: a connected group of faces and loose edges"),
     _kind(
         "part_of +X:part T:thing",
         _MAYBE,
         "the face or loose edge X belongs to T",
-        "X is a side of a face, or a loose edge that touches no face's thing",
+        "X is a side of a face, or a loose edge that touches no object with faces",
     ),
     _kind(
         "thing_size +T:thing L:length W:length H:length",
         _ONE,
-        "sides of the least box round the thing that is square to its largest face, longest first",
+        "sides of the least box around the object, aligned with its largest face, longest first",
     ),
     _kind(
         "gap +T1:thing +T2:thing D:length Sd:length",
         _ONE,
-        "least distance between what was found of two things, 0 where they touch or intersect",
+        "least distance between what was found of two objects, 0 if they touch or intersect",
     ),
     _kind(
         "share +F:face R:share Sd:share",
         _ONE,
-        "area of F over the silhouette of its thing along F's normal",
+        "area of F divided by the silhouette of its object along the normal of F",
     ),
     _kind(
         "protrusion +F:face P:length Sd:length",
         _ONE,
-        "how far the thing reaches in front of F's plane",
+        "how far the object extends in front of the plane of F",
     ),
     _kind(
         "reach_behind +F:face R:length Sd:length",
         _ONE,
-        "how far the thing reaches behind F's plane: to the side opposite, if that was found",
+        "how far the object extends behind the plane of F: to the opposite side, if found",
     ),
     _kind(
         "angle +F1:face +F2:face Angle:deg Sd:deg",
         _ONE,
-        "angle between the outward normals, 0..180",
+        "angle between the outward normals, 0 to 180",
     ),
     _kind(
         "adjoins +F1:face +F2:face E:edge",
@@ -180,20 +176,20 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "dihedral +F1:face +F2:face Angle:deg Sd:deg",
         _MAYBE,
-        "angle through the solid at the (longest) edge where they adjoin, 0..360: 90 at a box's "
-        "edge, 270 in a room's corner, 0 back to back",
-        "they do not adjoin, or run the same way along the edge (one stands on the other's rim)",
+        "angle through the solid at the (longest) edge where they adjoin, 0 to 360: 90 at the edge "
+        "of a box, 270 in the corner of a room, 0 back to back",
+        "they do not adjoin, or run the same way along the edge (one is on the rim of the other)",
     ),
     _kind(
         "convex +F1:face +F2:face",
         _MAYBE,
-        "the solid bulges at their edge: dihedral below 180 and above 0, by more than 3 sd",
+        "the solid is convex at their edge: dihedral below 180 and above 0, by more than 3 sd",
         "otherwise, or it is not known",
     ),
     _kind(
         "concave +F1:face +F2:face",
         _MAYBE,
-        "the solid is hollow at their edge: dihedral above 180 and below 360, by more than 3 sd",
+        "the solid is concave at their edge: dihedral above 180 and below 360, by more than 3 sd",
         "otherwise, or it is not known",
     ),
     _kind(
@@ -235,175 +231,181 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "elevation +F:face H:length Sd:length",
         _MAYBE,
-        "height of the face's middle above the lowest point of its thing",
+        "height of the middle of the face above the lowest point of its object",
         _NO_UP,
     ),
     _kind(
         "top_of +X:body H:length Sd:length",
         _MAYBE,
-        "height of the highest point of a face, loose edge or thing above the lowest of its thing",
-        _NO_UP + ", or X belongs to no thing",
+        "height of the highest point of a face, loose edge or object above the lowest of its "
+        "object",
+        _NO_UP + ", or X belongs to no object",
     ),
     _kind(
         "bottom_of +X:body H:length Sd:length",
         _MAYBE,
-        "height of the lowest point of a face, loose edge or thing above the lowest of its thing",
-        _NO_UP + ", or X belongs to no thing",
+        "height of the lowest point of a face, loose edge or object above the lowest of its object",
+        _NO_UP + ", or X belongs to no object",
     ),
     _kind(
         "clear_below +F:face H:length",
         _MAYBE,
-        "free height under most (80 %) of the face, down to the next face or the thing's lowest "
-        "point; what carries it to the ground is not in the way, up to half of it",
+        "free height under most (80 %) of the face, down to the next face or the lowest point of "
+        "the object; supports, up to half of the area, do not count",
         _UPRIGHT,
     ),
     _kind(
         "overlap +F1:face +F2:face R:share",
         _MAYBE,
-        "share of the smaller one's plan that lies over or under the other's",
+        "seen from above, the share of the smaller one that lies over or under the other",
         _UPRIGHT + "; else absent means less than 0.001",
     ),
     _kind(
         "on_ground +X:body",
         _MAYBE,
-        "its lowest point is level with its thing's, within 3 % of the thing's height or 3 sd",
+        "its lowest point is that of its object, within 3 % of the height of the object or 3 sd",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
         "at_rim +X:part +F:face",
         _MAYBE,
-        "seen from above, the upright X stands at the rim of F: within 15 % of F's width",
+        "seen from above, the upright X is at the rim of F, within 15 % of the width of F",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
         "whole +T:thing",
         _MAYBE,
-        "it was read from a mesh or cloud, and is known from all sides: its surface is closed, and "
-        "no space round it is unseen",
-        "it is not",
+        "a mesh or cloud shows it from all sides: its surface is closed, and no space around it is "
+        "unseen",
+        "otherwise",
     ),
     _kind(
         "scanned +T:thing",
         _MAYBE,
-        "its surface is known from some sides, as a scan's is, and there all that was in sight",
-        "it is known from all sides, or pictures show it: they may miss faces in plain sight",
+        "a mesh or cloud shows it from some sides, and all that is visible from there",
+        "it is known from all sides, or from pictures, which may miss visible faces",
     ),
     _kind("curved +T:thing R:share", _ONE, "share of its surface that is not flat"),
-    _kind("footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_UP),
+    _kind(
+        "footprint +T:thing A:area Sd:area",
+        _MAYBE,
+        "its area seen from above, holes filled",
+        _NO_UP,
+    ),
     _kind(
         "solidity +T:thing R:share Sd:share",
         _MAYBE,
-        "share that it takes of the least box round it, upright or square to its largest face; "
-        "what surface encloses counts as taken, and what lies behind seen surface",
+        "share of the least box around it that it fills; the box is upright or aligned with its "
+        "largest face; enclosed space and space behind seen surface count as filled",
         "it is a line or a point",
     ),
     _kind(
         "hollow_side +T:thing R:share Sd:share",
         _MAYBE,
-        "share of a side of that box that lies deeper behind it than 7 % of its longest side, of "
-        "the side where it is most; what stands on the ground has no side below",
+        "share of a side of that box that is farther from the surface than 7 % of its longest "
+        "side, for the most hollow side; the side on the ground does not count",
         "its surface is not known from all sides",
     ),
     _kind(
         "cover +F:face R:share Sd:share",
         _MAYBE,
-        "share of its thing's footprint that the level of the face takes: all that faces up at "
-        "that height",
+        "share of the footprint of its object that the level of the face covers: all that faces up "
+        "at that height",
         _NO_LEVEL,
     ),
     _kind(
         "level_length +F:face L:length Sd:length",
         _MAYBE,
-        "longer extent of the face's level, along the sides of the thing's plan",
+        "longer side of the level, along the sides of the plan of the object",
         _NO_LEVEL,
     ),
     _kind(
         "level_width +F:face L:length Sd:length",
         _MAYBE,
-        "shorter extent of the face's level, along the sides of the thing's plan",
+        "shorter side of the level",
         _NO_LEVEL,
     ),
     _kind(
         "built_over +F:face R:share Sd:share",
         _MAYBE,
-        "share of the face's level that has something above it",
+        "share of the level that has something above it",
         _NO_LEVEL,
     ),
     _kind(
         "room_below +F:face H:length Sd:length",
         _MAYBE,
-        "free height right beneath the face's level, on average",
+        "mean free height directly below the level",
         _NO_LEVEL,
     ),
     _kind(
         "room_width +F:face W:length Sd:length",
         _MAYBE,
-        "width of the widest room beneath the face's level: as far as, from the rim to half its "
-        "depth, most is free from the ground to half its height",
+        "width of the widest free space below the level: most of it free from the rim to half the "
+        "depth, and from the ground to half the height",
         _NO_LEVEL,
     ),
     _kind(
         "room_above +F:face H:length Sd:length",
         _MAYBE,
-        "free height right above the face's level up to the highest point, on average",
+        "mean free height directly above the level, up to the highest point",
         _NO_LEVEL,
     ),
     _kind(
         "free_below +F:face R:share Sd:share",
         _MAYBE,
-        "share of the space beneath the face's level, its board included, that is free",
+        "share of the space below the level, with its board, that is free",
         _NO_LEVEL,
     ),
     _kind(
         "see_through +F:face R:share Sd:share",
         _MAYBE,
-        "share of the space beneath the face's level that one sees through, from the front or "
-        "from the side, whichever is more",
+        "share of the space below the level that one can see through, from the front or from the "
+        "side, whichever is more",
         _NO_LEVEL,
     ),
     _kind(
         "see_across +F:face R:share Sd:share",
         _MAYBE,
-        "the same from the front or from the side, whichever is less",
+        "as `see_through`, but from the side where it is less",
         _NO_LEVEL,
     ),
     _kind(
         "open_from_two_sides +F:face R:share Sd:share",
         _MAYBE,
-        "share of the level lines of sight beneath the face's level that reach the middle of its "
-        "thing, from the second most open of four sides",
+        "share of the horizontal lines of sight below the level that reach the middle of the "
+        "object, from the second most open of four sides",
         _NO_LEVEL,
     ),
     _kind(
         "enclosed +F:face R:share Sd:share",
         _MAYBE,
-        "share of the rim of the face's level that has something high above it",
+        "share of the rim of the level above which something rises high",
         _NO_LEVEL,
     ),
     _kind(
         "closed_behind +F:face R:share Sd:share",
         _MAYBE,
-        "share of the length of a side of the face's level that has something high above its rim, "
-        "of the side where that exceeds the opposite side's most",
+        "share of a side of the level above which something rises high, for the side that exceeds "
+        "its opposite side most",
         _NO_LEVEL,
     ),
     _kind(
         "closed_in_front +F:face R:share Sd:share",
         _MAYBE,
-        "the same of the opposite side",
+        "as `closed_behind`, but of the opposite side",
         _NO_LEVEL,
     ),
     _kind(
         "side_behind +F:face L:length Sd:length",
         _MAYBE,
-        "length of the side that `closed_behind` is of",
+        "length of the side that `closed_behind` measures",
         _NO_BACK,
     ),
     _kind(
         "front_width +F:face L:length Sd:length",
         _MAYBE,
-        "side of the least rectangle round its outline that lies along the front of its level: the "
-        "side opposite that which `closed_behind` is of",
+        "side of the least rectangle around its outline along the front of its level, opposite to "
+        "the side that `closed_behind` measures",
         _NO_FRONT,
     ),
     _kind(
@@ -415,58 +417,58 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "rise_side +F:face R:number Sd:number",
         _MAYBE,
-        "how far to one side what rises high above the face's level stands: 0 in its middle, "
-        "1 at its rim",
+        "how far to one side of the level something rises high above it: 0 in the middle, 1 at "
+        "the rim",
         _NO_RISE,
     ),
     _kind(
         "rise_off_middle +F:face R:number Sd:number",
         _MAYBE,
-        "how far that is from the middle of this side: 0 in the middle, 1 at its end",
+        "how far that is from the middle of this side: 0 in the middle, 1 at an end",
         _NO_RISE,
     ),
     _kind(
         "rise_span +F:face R:share Sd:share",
         _MAYBE,
-        "how much of the length of that side it takes",
+        "share of the length of this side that it takes",
         _NO_RISE,
     ),
     _kind(
         "unseen_bounds +Measure:symbol +X:body IfFree:number IfFull:number",
         _MAYBE,
-        "what the measure of space that `Measure` names (`footprint`, `solidity`, `cover` and so "
-        "on to `see_across`) comes to for the face or thing X if all unseen space is free, and if "
-        "all is full; its own fact has their middle",
+        "value of a measure of space (`footprint`, `solidity`, `cover` to `see_across`) for the "
+        "face or object X if all unseen space is free, and if all is full; the fact of the "
+        "measure has their middle",
         "no unseen space could change the measure",
     ),
     _kind(
         "assumed_full +T:thing R:share",
         _MAYBE,
-        "of the space that it fills so much was not seen, and is taken to be full: it lies behind "
-        "surface that was seen, within the seen extent",
-        "all that it fills was seen, or is enclosed",
+        "share of the space it fills that was not seen but is assumed full, behind seen surface "
+        "and within the seen extent",
+        "all that it fills was seen or is enclosed",
         on_demand=True,
     ),
     _kind(
         "unseen_towards +T:thing X:number Y:number Z:number R:share",
         _ANY,
-        "of the unseen space round it so much would show to who looks at it from the direction "
-        "X, Y, Z, one of those of its sides; not from below, where up is known",
-        "no space round it is unseen",
+        "share of the unseen space around it that would be visible from the direction X, Y, Z of "
+        "one of its sides; not from below if up is known",
+        "no space around it is unseen",
         on_demand=True,
     ),
     _kind(
         "shelves_below +F:face N:count",
         _MAYBE,
-        "how many shelves were seen beneath the face's level: heights at which at least half of "
-        "its plan faces up",
+        "number of shelves seen below the level: heights at which at least half of its area faces "
+        "up",
         _NO_LEVEL,
         on_demand=True,
     ),
     _kind(
         "shelves_unseen +F:face Fewest:count Most:count",
         _MAYBE,
-        "how many there are at least, and at most: if as many as find room lie in unseen space",
+        "least and greatest possible number of shelves, with those that fit into unseen space",
         "no unseen space has room for one more",
         on_demand=True,
     ),
@@ -474,18 +476,18 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "junction +View:view +J:junction Type:symbol",
         _MAYBE,
-        "lines meet so at a vertex of the view's line drawing: `end`, `straight`, `l`, `fork`, "
-        "`arrow`, `t`, `k`, `x`, `peak` or `multi`; J is a vertex of the scene, or `x1` … where "
-        "lines only cross, or end at the picture's border",
+        "how lines meet at a vertex of the line drawing of the view: `end`, `straight`, `l`, "
+        "`fork`, `arrow`, `t`, `k`, `x`, `peak` or `multi`; J is a vertex of the scene, or `x1` … "
+        "where lines only cross, or end at the picture's border",
         "the view does not show it, or " + _NO_CAMERA,
         on_demand=True,
     ),
     _kind(
         "line_at +View:view +J:junction +I:count K:junction E:edge",
         _MAYBE,
-        "the I-th line (from 1) at J goes to K and is part of E; counter-clockwise as one sees it, "
-        "from the widest gap",
-        "I is above the number of lines, or the view does not show J, or " + _NO_CAMERA,
+        "the I-th line (from 1) at J leads to K and is part of E; counter-clockwise, starting at "
+        "the widest gap",
+        "I exceeds the number of lines, or the view does not show J, or " + _NO_CAMERA,
         on_demand=True,
     ),
     _kind(
@@ -520,22 +522,3 @@ def fact_fault(fact: Fact) -> str | None:
         if type(value) is not wanted:
             return f"{fact.functor}: {argument.name} is {value!r}, not of type {wanted.__name__}"
     return None
-
-
-def schema_table() -> str:
-    """The schema as the Markdown table of docs/facts.md."""
-    lines = [
-        "| fact | given the + ones | units | meaning | absent when |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for kind in FACT_SCHEMA:
-        names = [
-            ("+" if i < kind.keys else "") + argument.name
-            for i, argument in enumerate(kind.arguments)
-        ]
-        units = dict.fromkeys(a.kind.value for a in kind.arguments if not a.kind.is_name)
-        lines.append(
-            f"| `{kind.functor}({', '.join(names)})` | {kind.solutions} | {', '.join(units)} "
-            f"| {kind.meaning} | {kind.absent} |"
-        )
-    return "\n".join(lines) + "\n"

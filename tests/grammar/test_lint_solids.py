@@ -144,4 +144,4 @@ def test_what_a_line_follows_from_is_said_too() -> None:
 
 def test_a_contradiction_with_a_kind_says_what_that_is() -> None:
     (fault,) = faults_in(PIECES + "thickness(top) at least 50 % of width(top)")
-    assert fault.hint == "a board: it is thin: its thickness is at most 35 % of its width"
+    assert fault.hint == "a board: its thickness is at most 35 % of its width"

@@ -256,7 +256,7 @@ def test_hovering_says_what_a_board_is() -> None:
 
 @pytest.mark.parametrize(
     ("line", "said"),
-    [("top beside way", "over or under"), ("shelves_below(top) at least 2", "many shelves lie")],
+    [("top beside way", "over or under"), ("shelves_below(top) at least 2", "number of shelves")],
 )
 def test_hovering_says_what_newer_words_mean(line: str, said: str) -> None:
     text = f"model m\n  board top\n  opening way\n  a: {line}\n"

@@ -1,4 +1,4 @@
-"""Facts of ideal solids, worked out from their polygons as docs/facts.md defines them."""
+"""Facts of ideal solids, worked out from their polygons as the schema defines them."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import re
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,6 +14,7 @@ from facetlog.kb.engine.terms import Atom, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import fact_text, facts_program
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 from .fresh import python
 
@@ -200,18 +200,11 @@ def test_written_facts_load_by_themselves(facts_of: Callable[..., Any], tmp_path
     assert run.stderr == ""
 
 
-def test_the_facts_are_the_documented_ones(base: KnowledgeBase) -> None:
-    rows = (Path(__file__).parents[2] / "docs" / "facts.md").read_text().splitlines()
-    documented = [
-        (name, args.count(",") + 1)
-        for row in rows
-        if row.startswith("|")
-        for name, args in re.findall(r"`(\w+)\(([^)]*)\)`", row.split("|")[1])
-    ]
+def test_every_fact_of_the_schema_can_be_asked(base: KnowledgeBase) -> None:
     base.load_scene("s", [])
-    for name, arity in documented:
-        variables = ", ".join(f"X{i}" for i in range(arity))
-        assert list(base.query(f"{name}({variables})")) == [], name
+    for kind in FACT_SCHEMA:
+        variables = ", ".join(f"X{i}" for i in range(kind.arity))
+        assert list(base.query(f"{kind.functor}({variables})")) == [], kind.functor
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,13 @@
 """`facetlog model check`: faults of files, folders and standard input, in three outputs."""
 
-import ast
 import io
 import json
-import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from facetlog.cli import main
-from facetlog.commands.model.fault_codes import FAULT_CODES
-from facetlog.kb.engine.engine import house
 
 GOOD = """model slab
   "A level board."
@@ -198,34 +194,6 @@ def test_sarif_counts_columns_in_utf_16(tmp_path: Path, capsys: pytest.CaptureFi
     before = '  example "\U0001f4d0" of cuboid() '
     assert region["startColumn"] == len(before.encode("utf-16-le")) // 2 + 1
     assert region["endColumn"] == region["startColumn"] + len("hodls")
-
-
-def test_every_kind_of_fault_is_described() -> None:
-    codes = {
-        code
-        for path in house("grammar").rglob("*.py")
-        # Its inner function takes the name of a part of the pattern.
-        if path.name != "own_words.py"
-        for code in _codes(ast.parse(path.read_text(encoding="utf-8")))
-    }
-    assert {"syntax", "unknown-builder", "dimension"} <= codes
-    assert sorted(codes - FAULT_CODES.keys()) == []
-
-
-CODE = re.compile(r"[a-z]+(-[a-z]+)*")
-
-
-def _codes(tree: ast.AST) -> set[str]:
-    """The words, joined by hyphens, among the first arguments of whatever makes faults."""
-    found: set[str] = set()
-    for node in ast.walk(tree):
-        if not (isinstance(node, ast.Call) and node.args):
-            continue
-        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-        if name.lstrip("_").lower() in {"fault", "warning"}:
-            texts = (p.value for p in ast.walk(node.args[0]) if isinstance(p, ast.Constant))
-            found |= {text for text in texts if isinstance(text, str) and CODE.fullmatch(text)}
-    return found
 
 
 def test_fix_writes_what_is_sure_and_tells_the_rest(

@@ -216,7 +216,7 @@ def test_a_mesh_of_a_curved_thing_says_what_it_lacks(run: Run) -> None:
 def test_facts_are_written_as_prolog(run: Run) -> None:
     assert run("convert", "block.json", "facts.pl") == (0, "", "")
     text = Path("facts.pl").read_text(encoding="utf-8")
-    assert text.startswith("% Facts of one scene; docs/facts.md")
+    assert text.startswith("% Facts of one scene;")
     assert "\n'part_of'('f1','t1').\n" in text
 
 

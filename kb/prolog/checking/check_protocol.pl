@@ -5,7 +5,7 @@
 
 /** <module> What is wrong with a clause that describes a model
 
-The heads that docs/models.md lists, each by its own rules. Models is a list of Name-Roles, Scope and
+The heads that docs/model-reference.md lists, each by its own rules. Models is a list of Name-Roles, Scope and
 Fault are those of check.pl.
 */
 

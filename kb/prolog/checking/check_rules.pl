@@ -143,7 +143,7 @@ head_fault(Head, Position, _, _, Fault) :-
     Arity =\= Right,
     !,
     name_position(Position, At),
-    fault_at(At, "~w has ~d arguments, not ~d; see docs/models.md", [Name, Right, Arity], Fault).
+    fault_at(At, "~w has ~d arguments, not ~d; see docs/model-reference.md", [Name, Right, Arity], Fault).
 head_fault(Head, Position, Scope, Models, Fault) :-
     clause_of_model(Head, Position, Scope, Models, Fault).
 
@@ -163,8 +163,8 @@ defined_elsewhere(Indicator, "Prolog's own") :-
                  *******************************/
 
 %   Every model says what it looks for, among what, and by which conditions.
-file_fault(_, [], fault(0, 0, "a model needs ~w; see docs/models.md", [model/3])).
-file_fault(Clauses, Models, fault(Start, End, "the model ~w needs ~w; see docs/models.md",
+file_fault(_, [], fault(0, 0, "a model needs ~w; see docs/model-reference.md", [model/3])).
+file_fault(Clauses, Models, fault(Start, End, "the model ~w needs ~w; see docs/model-reference.md",
                                   [Name, Needed])) :-
     member(Name-_, Models),
     member(Needed, [candidate/3, condition/6]),

@@ -121,7 +121,7 @@ incomplete(Module, Failed) :-
               functor(Head, Name, Arity),
               \+ ( current_predicate(Module:Name/Arity),
                    \+ predicate_property(Module:Head, imported_from(_)) ),
-              format(string(Text), "a model needs ~w; see docs/models.md", [Name/Arity]) ),
+              format(string(Text), "a model needs ~w; see docs/model-reference.md", [Name/Arity]) ),
             Failed).
 
 %   Blanks take its place, so that lines and columns stay what they are.

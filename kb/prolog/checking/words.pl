@@ -82,24 +82,24 @@ described(vertex_of('Thing', 'Vertex'), search, "a corner of a measured face of 
 described(piece_in('Thing', 'Piece'), search, "a solid part of the thing").
 described(largest_pieces('Thing', 'Pieces'), search, "the pieces, the largest first").
 described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
-          "one of the first pieces that are none of the others, or unseen").
-described(opening_of('Thing', 'Opening'), search, "one sees through the thing there").
+          "one of the first Count pieces that is not among Others, or unseen").
+described(opening_of('Thing', 'Opening'), search, "an opening of the thing").
 described(largest_openings('Thing', 'Openings'), search, "the openings, the largest first").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
-          "what plays that part where the thing is such a model, or unseen").
+          "the face or piece that plays the part of the model in the thing, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
 described(standing_below('Face', 'Support'), search,
-          "an upright face or loose edge that stands on the ground below the face").
+          "an upright face or loose edge that supports the face from the ground").
 described(undersides('Face', 'Faces'), search,
-          "the face, and the lower sides of the board whose upper side it is").
+          "the face, and the lower sides of the board of which it is the upper side").
 described(separate('Supports', 'Groups'), search,
-          "groups of faces and edges that adjoin or stand at one place").
+          "groups of faces and edges that adjoin one another").
 described(line_label('View', 'Edge', 'Label'), search,
-          "in that view the edge is convex, concave or occluding, by the way its lines meet others").
+          "the label of the edge in the line drawing of the view: convex, concave or occluding").
 described(impossible_drawing('View', 'Junction'), search,
-          "no body of flat faces looks as that view draws it; the junction is where labels ran out").
+          "no solid with flat faces has the drawing of the view; labelling failed at the junction").
 described(largest_faces('Thing', 'Faces'), search, "the measured faces, the largest first").
-described(longest_first('Measures', 'Sorted'), search, "the measures, the greatest value first").
+described(longest_first('Measures', 'Sorted'), search, "the measures, sorted by falling value").
 described(as_far_as_seen('Thing', 'Steps', 'Parts'), search,
           "for each step(X, Count, Test) one of the largest faces that may pass, or unseen").
 described(holds('Test'), search, "the test is known to hold").
@@ -108,15 +108,15 @@ described(measure('Measure', 'Value', 'Sd', 'Kind'), search,
           "value and deviation of a measure; deg, ratio, count, length or area").
 described(relation('Relation', 'Truth'), search, "true, false or unknown").
 described(in('Scene', 'Goal'), question,
-          "the goal, asked of a scene; of each, if Scene has no value").
+          "the goal in a scene; in each scene if Scene is unbound").
 described(is_a('Thing', 'Model'), question, "the model holds for the thing").
 described(verdict('Thing', 'Model', 'State', 'Degree'), question,
-          "what the model says of the thing: holds, fails or unknown, and how probably").
+          "the verdict of the model on the thing: holds, fails or unknown, and its degree").
 described(plays('Face', 'Role', 'Thing', 'Model'), question,
           "the face plays that part of the thing").
 described(assignment('Model', 'Thing', 'Parts'), question,
           "the model holds for the thing with these faces as its parts").
-described(fact('Fact'), search, "the scene has that fact").
+described(fact('Fact'), search, "a fact of the scene").
 described(near('Measure', 'Target', 'Tolerance'), test, "the measure is within the tolerance").
 described(at_least('Measure', 'Limit'), test, "the measure is not below the limit").
 described(at_most('Measure', 'Limit'), test, "the measure is not above the limit").
@@ -211,7 +211,7 @@ described(block('Piece'), relation, "the piece is neither a board nor a bar").
 described(piece_measured('Piece'), relation, "pictures, a mesh or a scan show some of the piece").
 described(piece_beside('P', 'Q'), relation, "neither is over the other, and both are about as high above the ground").
 described(piece_inside('P', 'Q'), relation, "most of the box round P lies in that of Q").
-described(openings_known('Thing'), relation, "no space that nobody saw has room for another opening").
+described(openings_known('Thing'), relation, "no unseen space has room for another opening").
 described(piece_level('Piece'), relation, "within 10 degrees of level").
 described(piece_upright('Piece'), relation, "within 10 degrees of upright").
 described(piece_parallel('P', 'Q', 'Tolerance'), relation, "the pieces lie along each other").

@@ -12,7 +12,7 @@
 
 /** <module> One Prolog module of facts for each scene
 
-A scene is a module that holds the facts of docs/facts.md, what was worked out from them, and
+A scene is a module that holds the facts of the schema, what was worked out from them, and
 nothing else. Rules never name it: in_scene/2 makes it the current one while a goal runs. A
 knowledge base gives its scenes names; one process may have several such bases.
 */

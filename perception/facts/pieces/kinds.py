@@ -11,61 +11,65 @@ _NO_UP = "up is not known"
 _kind = partial(fact_kind, on_demand=True)
 
 _PIECES: tuple[FactKind, ...] = (
-    _kind("piece +P:piece", _ONE, "a solid part of a thing: a board, a bar, a block"),
-    _kind("piece_of +P:piece T:thing", _ONE, "the thing that it is a part of"),
+    _kind("piece +P:piece", _ONE, "a solid part of an object: a board, bar or block"),
+    _kind("piece_of +P:piece T:thing", _ONE, "the object that it is a part of"),
     _kind(
         "piece_size +P:piece L:length W:length H:length Sd:length",
         _ONE,
-        "length, width and thickness of the least box round its surface, longest first; an end at "
-        "another piece is where their faces meet, or else known to a cell",
+        "length, width and thickness of the least box around its surface, longest first; an end at "
+        "another piece is where their faces meet, or else known to one cell",
     ),
     _kind(
         "piece_heights +P:piece Low:length High:length Sd:length",
         _MAYBE,
-        "from where to where it reaches above the lowest point of its thing",
+        "heights of its lowest and highest point above the lowest point of its object",
         _NO_UP,
     ),
     _kind(
         "piece_tilt +P:piece Angle:deg Sd:deg",
         _MAYBE,
-        "of what is slender the tilt of its length, 0 lying, 90 standing; of others that of their "
-        "broad side, 0 level, 90 upright: of sides as broad within a cell the most level one",
+        "tilt of the length of a bar, 0 level, 90 upright; of other pieces, of the broad side, 0 "
+        "level, 90 upright, the most level one of equally broad sides",
         _NO_UP,
     ),
     _kind(
         "piece_angle +P:piece +Q:piece Angle:deg Sd:deg",
         _ONE,
-        "between the length of what is slender and the broad side of others, 0 to 90: 0 along each "
-        "other, 90 square; of pieces of one thing",
+        "angle between the lengths of bars and the broad sides of others, 0 parallel, 90 "
+        "perpendicular; of pieces of one object",
     ),
     _kind(
         "piece_on_ground +P:piece",
         _MAYBE,
-        "its lowest point is level with its thing's, within a cell of its space",
+        "its lowest point is that of its object, within one cell",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
         "piece_overlap +P:piece +Q:piece R:share Sd:share",
         _MAYBE,
-        "the share of the smaller one's plan, of its least box, that lies over or under the "
-        "other's; of pieces of one thing",
-        _NO_UP + ", or by space that nobody saw it may differ by more than 5 %",
+        "seen from above, share of the smaller box that lies over or under the other; of pieces of "
+        "one object",
+        _NO_UP + ", or unseen space may change it by more than 5 %",
     ),
     _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
     _kind(
         "piece_measured +P:piece",
         _MAYBE,
-        "pictures, a mesh or a scan show some of it",
+        "some of it was measured",
         "all its faces were only completed from their neighbours",
     ),
     _kind(
-        "piece_face +P:piece F:face", _ANY, "a face that is mostly its own", "it is curved all over"
+        "piece_face +P:piece F:face",
+        _ANY,
+        "a face that mostly belongs to it",
+        "it is curved all over",
     ),
-    _kind("joins +P:piece +Q:piece", _MAYBE, "they touch, within a cell", "otherwise"),
+    _kind("joins +P:piece +Q:piece", _MAYBE, "they touch, within one cell", "otherwise"),
     _kind(
         "carries +P:piece +Q:piece",
         _MAYBE,
-        "Q is off the ground, and P touches it and reaches as low; or P carries what carries Q",
+        "Q is off the ground, and P touches it and extends as low; or P carries a piece that "
+        "carries Q",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
@@ -77,66 +81,65 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_level +P:piece Measure:symbol V:number Sd:number",
         _ANY,
-        "a measure of space (`cover` and so on to `rise_span`, and `shelves_below`) of the level "
-        "that the upper side of a level board or block has",
-        _NO_UP + ", or it is slender, or leans more than 30° from level",
+        "a measure of space (`cover` to `rise_span`, and `shelves_below`) of the level of the "
+        "upper side of a level board or block",
+        _NO_UP + ", or it is a bar, or leans more than 30° from level",
     ),
     _kind(
         "piece_unseen +P:piece +Measure:symbol IfFree:number IfFull:number",
         _MAYBE,
-        "what that measure of its level, or its `length`, `width`, `height`, `elevation`, `top_of` "
-        "or `bottom_of` comes to if all unseen space is free, and if all is full; its depth behind "
-        "a face that it shows is taken as what was seen of it",
+        "value of such a measure, or of its `length`, `width`, `height`, `elevation`, `top_of` or "
+        "`bottom_of`, if all unseen space is free, and if all is full; its depth behind a visible "
+        "face is taken as seen",
         "no unseen space could change the measure",
     ),
 )
 
 OPENING_KINDS: tuple[FactKind, ...] = (
-    _kind("opening +O:opening", _ONE, "a hole that one sees through, with its thing all round it"),
-    _kind("opening_of +O:opening T:thing", _ONE, "the thing through which it goes"),
+    _kind("opening +O:opening", _ONE, "a hole that one can see through, surrounded by its object"),
+    _kind("opening_of +O:opening T:thing", _ONE, "the object that it is in"),
     _kind(
         "opening_size +O:opening L:length W:length Sd:length",
         _ONE,
-        "length and width of the rectangle round what one sees through",
+        "length and width of the rectangle around it",
     ),
     _kind(
         "opening_heights +O:opening Low:length High:length Sd:length",
         _MAYBE,
-        "from where to where it reaches above the lowest point of its thing",
+        "heights of its lowest and highest point above the lowest point of its object",
         _NO_UP,
     ),
     _kind(
         "openings_known +T:thing",
         _MAYBE,
         "all its openings are known",
-        "space that nobody saw has room for another",
+        "unseen space has room for another",
     ),
     _kind(
         "opening_in +O:opening +X:level",
         _MAYBE,
-        "the face lies across it, reaches round it and leaves it free; or the piece is all of its "
-        "rim",
+        "the face surrounds it and leaves it free, or the piece is its whole rim",
         "otherwise",
     ),
     _kind(
         "frames +P:piece +O:opening",
         _MAYBE,
-        "the piece is along at least 5 % of the opening's rim",
+        "the piece forms at least 5 % of the rim of the opening",
         "otherwise",
     ),
     _kind(
         "inside +X:solid +Y:solid Known:symbol",
         _MAYBE,
-        "`yes`: the box round X lies in that of Y, but for 5 % of its extent at each side at most; "
-        "`no`: it does not",
-        "it hangs on space that nobody saw",
+        "`yes`: the box around X lies in that of Y, except for at most 5 % at each side; `no`: it "
+        "does not",
+        "it depends on unseen space",
     ),
     _kind(
         "beside +X:solid +Y:solid Known:symbol",
         _MAYBE,
-        "`yes`: half of the lower one's height at least is the other's, too, and no more than 10 % "
-        "of the smaller one's plan is over or under the other; `no`: it is not so",
-        _NO_UP + ", or it hangs on space that nobody saw",
+        "`yes`: at least half the height of the lower one is shared by the other, and at most 10 % "
+        "of the smaller one lies over or under the other; `no`: otherwise",
+        _NO_UP + ", or it depends on unseen space",
     ),
 )
 

@@ -32,7 +32,7 @@ class _Record(BaseModel):
 
 
 class PartRecord(_Record):
-    """A part of a model and the faces (or edges) that play it, by the names of docs/facts.md."""
+    """A part of a model and the faces (or edges) that play it, by their names in facts."""
 
     role: str
     names: tuple[str, ...]

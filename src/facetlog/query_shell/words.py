@@ -27,7 +27,7 @@ def fact_signature(kind: FactKind) -> str:
 
 
 def plain(meaning: str) -> str:
-    """A meaning without the marks that make code of a word in docs/facts.md."""
+    """A meaning without the marks that make code of a word in Markdown."""
     return meaning.replace("`", "")
 
 

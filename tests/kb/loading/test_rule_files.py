@@ -215,7 +215,7 @@ def test_a_checked_model_says_what_the_built_in_one_does(base: KnowledgeBase, mo
 
 
 def test_the_model_of_the_documentation_loads(shelf: Shelf) -> None:
-    text = (Path(__file__).parents[3] / "docs" / "models.md").read_text()
+    text = (Path(__file__).parents[3] / "docs" / "model-reference.md").read_text()
     blocks = [block.split("```")[0] for block in text.split("```prolog")[1:]]
     (slab,) = (block.split("\n", 1)[1] for block in blocks if ":- module(slab" in block)
     assert shelf.load(slab) == ()

@@ -1,5 +1,5 @@
 """What measures and expressions of them come to, and by how much that is within limits: the
-reference, from the paper and docs/models.md."""
+reference, from the paper and docs/model-reference.md."""
 
 from __future__ import annotations
 

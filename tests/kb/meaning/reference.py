@@ -1,5 +1,5 @@
-"""What tests mean: one definition, from the paper and docs/models.md, that shares nothing with the
-program's."""
+"""What tests mean: one definition, from the paper and docs/model-reference.md, that shares
+nothing with the program's."""
 
 from __future__ import annotations
 

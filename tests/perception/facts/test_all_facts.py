@@ -2,20 +2,13 @@
 
 from collections import defaultdict
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from facetlog.perception.facts import measures, plan_view
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
-from facetlog.perception.facts.fact_schema import (
-    FACT_SCHEMA,
-    Fact,
-    Solutions,
-    fact_fault,
-    schema_table,
-)
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Solutions, fact_fault
 from facetlog.perception.facts.gaps import nearest_points, thing_gaps
 from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces import contacts, convex_hulls, outline_overlap
@@ -259,11 +252,6 @@ def assert_near(found: tuple[Fact, ...], wanted: tuple[Fact, ...]) -> None:
             other.functor,
             names,
         )
-
-
-def test_the_document_holds_the_schema() -> None:
-    document = Path(__file__).parents[3] / "docs" / "facts.md"
-    assert schema_table() in document.read_text(encoding="utf-8")
 
 
 def test_an_empty_scene_has_only_its_name_and_scale() -> None:

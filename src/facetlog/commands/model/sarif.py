@@ -10,7 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from facetlog import __version__
-from facetlog.commands.model.fault_codes import described
+from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.fixing.fix import Fix
 from facetlog.grammar.source import Source, Span
@@ -40,7 +40,7 @@ def faults_sarif(files: Sequence[Path], faults: Sequence[Fault]) -> str:
 
 
 def _rule(code: str) -> dict[str, object]:
-    return {"id": code, "shortDescription": {"text": described(code)}}
+    return {"id": code, "shortDescription": {"text": FAULT_KINDS[code].meaning}}
 
 
 def _result(fault: Fault, rule: int) -> dict[str, object]:
