@@ -66,6 +66,8 @@ def floor_heights(
         floor = owners[level] < 0
         for thing in np.flatnonzero(of_scene == nth).tolist():
             own = members[thing]
+            if not len(own):
+                continue
             lowest = own[int(np.argmin(heights[own]))]
             others = (owners[level] != thing) & ~floor & (middles < heights[lowest])
             plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
