@@ -216,7 +216,7 @@ class SceneMemo:
     @cached_property
     def grounds(self) -> Grounds | None:
         """The lowest places of the things, if there is anything."""
-        if not self.things or not len(self.table):
+        if not len(self.thing_vertices[0]) or not len(self.table):
             return None
         return Grounds.under(self.thing_vertices, self.table, self.ups, self.floors)
 

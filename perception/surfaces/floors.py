@@ -1,4 +1,4 @@
-"""The ground beneath each thing, where views show it.
+"""The ground beneath each thing, where views show it or a floor was measured.
 
 What ends above the ground stands on something that was not found, or on another thing: heights
 count from the ground where no other thing reaches beneath it.
@@ -51,9 +51,9 @@ def floor_heights(
     """
     floors = np.full(len(members), np.inf)
     for nth, scene in enumerate(scenes):
-        above = above_ground(scene, table.points)
-        if above is None or scene.up is None:
+        if scene.up is None:
             continue
+        above = above_ground(scene, table.points)
         axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
         heights, flat = table.points @ scene.up, table.points @ axes.T
         level = np.flatnonzero(
@@ -62,11 +62,28 @@ def floor_heights(
         outlines = [table.outlines[i, table.there[i]] for i in level.tolist()]
         plans = [shapely.convex_hull(shapely.MultiPoint(flat[outline])) for outline in outlines]
         middles = table.middles[level] @ scene.up
+        # faces of no thing are the floor that they stand on
+        floor = owners[level] < 0
         for thing in np.flatnonzero(of_scene == nth).tolist():
             own = members[thing]
+            if not len(own):
+                continue
             lowest = own[int(np.argmin(heights[own]))]
-            others = (owners[level] != thing) & (middles < heights[lowest])
+            others = (owners[level] != thing) & ~floor & (middles < heights[lowest])
             plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
-            if not any(plan.intersects(plans[i]) for i in np.flatnonzero(others)):
+            if any(plan.intersects(plans[i]) for i in np.flatnonzero(others)):
+                continue
+            if above is not None:
                 floors[thing] = heights[lowest] - above[lowest]
+                continue
+            beneath = [level[i] for i in np.flatnonzero(floor) if plan.intersects(plans[i])]
+            rises = [_rise_above(table, face, lowest, scene.up) for face in beneath]
+            floors[thing] = heights[lowest] - min((r for r in rises if r > 0.0), default=-np.inf)
     return floors
+
+
+def _rise_above(table: FaceTable, face: int, vertex: int, up: FloatArray) -> float:
+    """Return how far a vertex is above a face's plane, along up."""
+    normal = table.planes.normals[face]
+    above = float(normal @ table.points[vertex] + table.planes.offsets[face])
+    return above / float(normal @ up)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
+from scipy import ndimage
 from scipy.spatial import Delaunay, QhullError
 
 from facetlog.perception.polygons import find_intersection, join_triangles
@@ -19,6 +21,14 @@ CLEARED = 1.0
 HOLE = 4.0
 # Pieces with less than this share of the largest one's area are scatter.
 PIECE_SHARE = 0.05
+# Noise of less than this many spacings moves no rim by more than its own jaggedness.
+LEAST_NOISE = 0.5
+# Density is smoothed by the noise, by so many spacings at least (28 points: good to a fifth), in
+# bins of a share of that, and compared with its mean over twice that.
+LEAST_SMOOTHING, DENSITY_BIN, AROUND = 1.5, 0.5, 2.0
+# At a straight rim blurred by noise density is half that of the inside, and so much of the mean
+# around (.5 / .8, by integration).
+RIM_DENSITY = 0.62
 # Points and corners are put on a grid this fine, in spacings. Without one the overlay of two areas
 # can fail where sides all but touch (GEOS rounds onto the grid soundly), and the corners that it
 # leaves on a side would come from the last digits of the points, which differ by processor.
@@ -26,12 +36,12 @@ GRID = 1e-6
 
 
 def covered_area(
-    flat: FloatArray, spacing: FloatArray
+    flat: FloatArray, spacing: FloatArray, noise: float = 0.0
 ) -> tuple[tuple[shapely.Polygon, ...], float]:
     """Polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
 
-    `spacing` (n,) is the side of the square that each point has to itself. There are none where
-    the points are on one line.
+    `spacing` (n,) is the side of the square that each point has to itself, `noise` the sd of a
+    point. There are none where the points are on one line.
     """
     if len(flat) > MOST_POINTS:
         kept = np.random.default_rng(0).permutation(len(flat))[:MOST_POINTS]
@@ -39,6 +49,9 @@ def covered_area(
     typical = float(np.median(spacing))
     if not typical > 0.0:
         return (), typical
+    if noise > LEAST_NOISE * typical:
+        dense = _is_dense(flat, max(noise, LEAST_SMOOTHING * typical))
+        flat, spacing = flat[dense], spacing[dense]
     # of a power of two all multiples are exact
     step = float(np.exp2(np.floor(np.log2(GRID * typical))))
     flat, typical = np.rint(flat / step) * step, float(np.rint(typical / step)) * step
@@ -60,6 +73,24 @@ def covered_area(
     pieces = [_without_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
     pieces.sort(key=lambda piece: -piece.area)
     return tuple(p for p in pieces if p.area >= PIECE_SHARE * pieces[0].area), typical
+
+
+def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
+    """Whether there are as many points at each of points (n, 2) as within a blurred rim, (n,).
+
+    Noise carries points 3 sd beyond a face, and along another plane that passes through it; there
+    are less than half as many there as on the face. `width` is what density is smoothed by.
+    """
+    bins = np.floor((flat - flat.min(axis=0)) / (DENSITY_BIN * width)).astype(np.intp)
+    counts = np.zeros(bins.max(axis=0) + 1)
+    np.add.at(counts, tuple(bins.T), 1.0)
+    density = ndimage.gaussian_filter(counts, 1.0 / DENSITY_BIN, mode="constant")
+    sums, squares = (
+        ndimage.gaussian_filter(each, AROUND / DENSITY_BIN, mode="constant")
+        for each in (density, density**2)
+    )
+    dense: NDArray[np.bool_] = (density * sums >= RIM_DENSITY * squares)[tuple(bins.T)]
+    return dense
 
 
 def _circumradius(triangles: FloatArray) -> FloatArray:

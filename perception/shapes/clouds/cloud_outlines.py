@@ -14,6 +14,8 @@ from facetlog.perception.shapes.clouds.alpha_shape import covered_area
 from facetlog.perception.shapes.clouds.cloud_planes import CloudPlane, CloudPlanes
 from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
 from facetlog.perception.shapes.clouds.straight_sides import (
+    CUT,
+    JAG,
     SideLine,
     meeting_corners,
     side_lines,
@@ -29,6 +31,10 @@ SNAP_SPACINGS = 3.0
 # ... over half of the side. Half of it may be in another thing's shadow.
 SNAP_SHARE = 0.5
 SNAP_PROBES = 9
+# ... and if a side so many spacings long, thrice what may be cut off at a corner, is not turned by
+# more than the jaggedness of the rim and one sd at its ends: it is known better than the plane of
+# what is narrow, as a leg or a board's rim.
+LONG_SIDE = 3.0 * CUT
 # ... and if the planes meet under 20 degrees or more: the line is known to σ / sin of that.
 SNAP_SINE = float(np.sin(np.deg2rad(20.0)))
 # Straight sides replace the jagged area if they cover this share of it; else it is only simplified,
@@ -37,6 +43,8 @@ SAME_AREA = 0.8
 ROUGH = 2.0
 # A straight side of points at random is known to about this share of their spacing.
 RIM_SD = 0.5
+# A face's own points are within so many sd of its rim: one in 2,000 is further.
+NOISE_SDS = 3.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +118,11 @@ class _Neighbours:
         probes = line.point + shares * line.length * line.direction
         gaps = probes @ slopes.T + levels
         # the two ends of a side are rounder than the rest
-        near = np.flatnonzero(np.abs(gaps[1:-1]).max(axis=0, initial=0.0) <= reaches)
+        close = np.abs(gaps[1:-1]).max(axis=0, initial=0.0) <= reaches
+        turns = np.abs(gaps[-1] - gaps[0]) / 2.0
+        if line.length > LONG_SIDE * spacing:
+            close &= turns <= JAG * spacing + errors
+        near = np.flatnonzero(close)
         for k in near[np.argsort(np.abs(gaps[:, near]).mean(axis=0), kind="stable")].tolist():
             on_line = frame.lift(probes - gaps[:, [k]] * slopes[k])
             tree = self.trees[steep[k]]
@@ -143,7 +155,7 @@ def _pieces(
     plane = found.planes[nth]
     frame = _Frame.of(plane, points)
     flat = frame.flatten(points[plane.members])
-    areas, spacing = covered_area(flat, found.spacing[plane.members])
+    areas, spacing = covered_area(flat, found.spacing[plane.members], plane.rms)
     for area in areas:
         outline = _ring(area.exterior, nth, frame, spacing, neighbours)
         holes = [
@@ -152,7 +164,8 @@ def _pieces(
         if len(outline) < 3:
             continue
         shape = _sound(outline, [hole for hole in holes if len(hole) >= 3], area, spacing)
-        held = shapely.contains_xy(shape.buffer(spacing), flat[:, 0], flat[:, 1])
+        beyond = max(spacing, NOISE_SDS * plane.rms)
+        held = shapely.contains_xy(shape.buffer(beyond), flat[:, 0], flat[:, 1])
         shape = shapely.geometry.polygon.orient(shape)
         yield Outline(
             nth,

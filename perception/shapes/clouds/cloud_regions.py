@@ -66,8 +66,12 @@ class CloudRegions:
     seen_from: FloatArray | None
 
 
-def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions:
-    """The flat regions and the rest of a cloud; `up` is a unit vector where it is known."""
+def cloud_regions(
+    cloud: Cloud, *, up: FloatArray | None = None, metric: bool = False
+) -> CloudRegions:
+    """Return the flat regions and the rest of a cloud; `up` is a unit vector where it is known, and
+    `metric` says that lengths are metres.
+    """
     found = cloud_planes(cloud.points)
     outlines = cloud_outlines(cloud.points, found)
     owner = np.full(len(cloud.points), -1)
@@ -79,7 +83,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     noise = np.array([max(found.noise, found.planes[o.region].rms) for o in outlines])
     if up is not None and cloud.world_axes is not None:
         up = _up_of_points(up, cloud, outlines, planes)
-    level = _up(cloud, found, outlines, owner, looked, spacing, up)
+    level = _up(cloud, found, outlines, owner, looked, spacing, up, metric)
     around = () if level is None or level.floor is None else (level.floor, *level.around)
     on_things = ~np.isin(owner, around)
     if around and on_things.any():
@@ -211,6 +215,7 @@ def _up(
     looked: NDArray[np.intp],
     spacing: float,
     up: FloatArray | None,
+    metric: bool,
 ) -> Up | None:
     """Up as given, by the floor, or by the cameras; with the floor's number if there is one.
 
@@ -222,7 +227,11 @@ def _up(
     rough = up if up is not None else None if held is None else held.direction
     planes = [found.planes[outline.region].plane for outline in outlines]
     points, owners = cloud.points[looked], owner[looked]
-    level = find_up(points, owners, planes, noise=found.noise, spacing=spacing, up=rough)
+    # where lines of sight say which side of a wall is seen, a room's corner is one
+    metric = metric and cloud.seen_from is None and cloud.sensor_places is None
+    level = find_up(
+        points, owners, planes, noise=found.noise, spacing=spacing, up=rough, metric=metric
+    )
     if level is None and up is not None:
         return Up(up, None, "up was given")
     if level is None and held is not None:

@@ -32,7 +32,7 @@ def scene_of_cloud(
         direction = np.array(up, dtype=np.float64)
         direction = direction / np.linalg.norm(direction)
     cloud = without_strays(cloud)
-    found = cloud_regions(cloud, up=direction)
+    found = cloud_regions(cloud, up=direction, metric=metric)
     scene = assemble_scene(
         cloud.name,
         found.regions,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SideLine", "meeting_corners", "side_lines", "squared"]
+__all__ = ["CUT", "JAG", "SideLine", "meeting_corners", "side_lines", "squared"]
 
 # The jagged rim of points at random is within so many spacings of the true one.
 JAG = 1.5

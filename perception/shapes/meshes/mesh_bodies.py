@@ -108,6 +108,8 @@ def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Ind
     """
     bodies = np.zeros(len(surface.triangles), dtype=np.int64)
     rows = np.arange(len(bodies)) if floor is None else np.flatnonzero(~floor)
+    if not len(rows):
+        return bodies
     if floor is None:
         parts = surface.bodies
     else:

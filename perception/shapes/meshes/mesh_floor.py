@@ -19,7 +19,7 @@ from facetlog.perception.grouped import by_group, group_sums
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
-from facetlog.perception.shapes.meshes.mesh_room import find_room, leftovers
+from facetlog.perception.shapes.meshes.mesh_room import UPRIGHT, find_room, leftovers
 from facetlog.perception.shapes.regions.floor_and_walls import (
     ABOVE_SHARE,
     BEYOND,
@@ -49,6 +49,10 @@ MOST_COVERED = 0.5
 # A closed solid of which less is in the planes of a floor and walls stands there, and is none of
 # them: of a cube in a corner three sides of six are.
 MOST_TAKEN = 0.6
+# Walls go all round an empty room: two in succession are turned by no more than in a triangle, and
+# by 10 degrees (radians). No more than this share of its surface is of something else.
+ALL_ROUND = float(np.deg2rad(130.0))
+LEAST_THING = 0.01
 # Planes that are rough by so many resolutions have noise.
 ROUGH = 10.0
 # Cells along the floor's lesser breadth to measure how much is covered.
@@ -109,9 +113,28 @@ def find_surroundings(
             triangles = np.any([plane.triangles for plane in planes], axis=0)
             triangles |= leftovers(surface, triangles, planes)
             triangles &= ~_solids_inside(surface, triangles)
-            if _is_floor(surface, samples, triangles, floor, up, room=len(planes) > 1):
+            if _is_empty_room(samples, triangles, planes, up) or _is_floor(
+                surface, samples, triangles, floor, up, room=len(planes) > 1
+            ):
                 return Surroundings(triangles, planes, surface.size)
     return None
+
+
+def _is_empty_room(
+    samples: Samples, triangles: NDArray[np.bool_], planes: tuple[LargePlane, ...], up: FloatArray
+) -> bool:
+    """Whether walls go all round a floor, without a ceiling, and next to nothing else is left.
+
+    Where walls do not go all round, it is a room's corner.
+    """
+    walls = np.array([plane.normal for plane in planes[1:]]).reshape(-1, 3)
+    if not len(walls) or (np.abs(walls @ up) > UPRIGHT).any():
+        return False
+    x, y = plane_axes(up, np.roll(up, 1)) @ walls.T
+    turns = np.sort(np.arctan2(y, x))
+    gaps = np.diff(turns, append=turns[0] + 2.0 * np.pi)
+    left = float(samples.areas[~triangles[samples.triangles]].sum())
+    return float(gaps.max()) <= ALL_ROUND and left <= LEAST_THING * float(samples.areas.sum())
 
 
 def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -15,13 +15,11 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import group_sums, joined
 from facetlog.perception.shapes.meshes.clean_mesh import Surface
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
+from facetlog.perception.shapes.regions.floor_and_walls import LEAST_ROOM
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_ROOM", "find_room", "leftovers"]
+__all__ = ["UPRIGHT", "find_room", "leftovers"]
 
-LEAST_ROOM = 1.2
-"""A room's floor is as broad and a wall as high as this, metres: more than a pallet box (1.2 × 1.0
-m), less than the smallest bathroom."""
 # Normals within 20 degrees of level are of something upright (sine).
 UPRIGHT = float(np.sin(np.deg2rad(20.0)))
 # A wall is so much of the floor's extent long and of everything's height high, and so much of that

@@ -3,7 +3,8 @@
 A floor has everything else on one side. What stands on it is judged object by object: a point that
 lies alone, or the noise of a surface, is none. A room has walls that rise from the floor's rim,
 with everything on one side of them, too. A carton is that as well, with no more than a difference
-in size: what makes a room is a thing that stands in it, clear of most of its floor.
+in size: what makes a room is a thing that stands in it, clear of most of its floor, or in metres
+its size.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,7 +26,16 @@ from facetlog.perception.shapes.regions.point_bodies import (
 from facetlog.perception.shapes.regions.stands_or_hangs import surely_stand, width_of
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ABOVE_SHARE", "BEYOND", "LEAST_WIDTH", "POST", "FacedSurface", "Floor", "find_floors"]
+__all__ = [
+    "ABOVE_SHARE",
+    "BEYOND",
+    "LEAST_ROOM",
+    "LEAST_WIDTH",
+    "POST",
+    "FacedSurface",
+    "Floor",
+    "find_floors",
+]
 
 ABOVE_SHARE = 0.95
 """So much of what is not the floor is above it; the rest is noise, or seen through a gap."""
@@ -37,6 +47,9 @@ LEAST_WIDTH = 1.0
 POST = 4.0
 """What is higher than so many times its plan is broad is a post, a part rather than an object: of
 several the plan is what they enclose, as of a table's legs."""
+LEAST_ROOM = 1.2
+"""A room's floor is as broad and a wall as high as this, metres: more than a pallet box (1.2 × 1.0
+m), less than the smallest bathroom."""
 
 # A floor holds this share of the points.
 LEAST_FLOOR = 0.1
@@ -120,8 +133,13 @@ class _Side:
         return _hull(points[self.own] @ axes.T)
 
 
-def find_floors(surface: FacedSurface, up: FloatArray | None = None) -> Iterator[Floor]:
-    """Yield the regions that may be the floor; with a known `up` (3,) only those below all else."""
+def find_floors(
+    surface: FacedSurface, up: FloatArray | None = None, *, metric: bool = False
+) -> Iterator[Floor]:
+    """Yield the regions that may be the floor; with a known `up` (3,) only those below all else.
+
+    Where lengths are metres (`metric`) and up is known, a room may be empty.
+    """
     sides = [
         side
         for region in range(len(surface.planes))
@@ -132,7 +150,8 @@ def find_floors(surface: FacedSurface, up: FloatArray | None = None) -> Iterator
         if len(side.own) < least or (up is not None and float(side.normal @ up) < PARALLEL):
             continue
         walls = _walls(surface, side, sides)
-        floor = _floor(surface, side, walls, up) if walls else None
+        is_room = metric and up is not None and _is_large(surface, side, walls)
+        floor = _floor(surface, side, walls, up, is_room=is_room) if walls else None
         floor = floor or _floor(surface, side, [], up)
         if floor is not None:
             yield floor
@@ -179,10 +198,29 @@ def _walls(surface: FacedSurface, floor: _Side, sides: Sequence[_Side]) -> list[
     return found if upright else []
 
 
+def _is_large(surface: FacedSurface, floor: _Side, walls: Sequence[_Side]) -> bool:
+    """Whether a floor and walls are too large for a carton, and have no ceiling as a closet has."""
+    upright = [side for side in walls if abs(float(side.normal @ floor.normal)) <= UPRIGHT]
+    if len(upright) < max(len(walls), 1):
+        return False
+    outline = floor.outline(surface.points)
+    corners = shapely.get_coordinates(outline.exterior)[:-1]
+    highest = max(float(np.quantile(floor.height[side.own], 0.99)) for side in upright)
+    return min(width_of(corners), highest) >= LEAST_ROOM
+
+
 def _floor(
-    surface: FacedSurface, side: _Side, walls: Sequence[_Side], up: FloatArray | None
+    surface: FacedSurface,
+    side: _Side,
+    walls: Sequence[_Side],
+    up: FloatArray | None,
+    *,
+    is_room: bool = False,
 ) -> Floor | None:
-    """Return the side as a floor, in a room with `walls`; None if things do not stand there so."""
+    """Return the side as a floor, in a room with `walls`; None if things do not stand there so.
+
+    What surely `is_room` may be empty.
+    """
     points, around = surface.points, [side, *walls]
     off = np.all([one.off & (one.height > 0.0) for one in around], axis=0)
     support = [one.region for one in around]
@@ -192,6 +230,8 @@ def _floor(
     bodies = cluster_bodies(points[rows], surface.owner[rows], surface.spacing)
     rows, bodies = rows[bodies >= 0], bodies[bodies >= 0]
     outline = side.outline(points)
+    if is_room and not len(rows):
+        return Floor(side.region, side.normal, float(outline.area), tuple(support[1:]))
     if not len(rows) or not outline.area > 0.0:
         return None
     over = np.column_stack(
@@ -205,7 +245,7 @@ def _floor(
     width = width_of(shapely.get_coordinates(outline.exterior)[:-1])
     if width < LEAST_WIDTH * float(over[:, 2].max()):
         return None
-    if walls:
+    if walls and not is_room:
         faced = set(bodies[surface.owner[rows] >= 0].tolist())
         least = LEAST_THING * len(points)
         if not any(_stands(t) for k, t in enumerate(things) if k in faced or len(t) >= least):

@@ -64,6 +64,8 @@ def assemble_scene(
         for number in sorted(faces_of.keys() | patches_of.keys())
         if number >= 0
     )
+    if not bodies and kept and all(region.body < 0 for region in kept):
+        bodies = (Body(whole=whole),)  # floor and walls alone are no object
     return Scene(
         name,
         vertices=(*vertices, *reaching),

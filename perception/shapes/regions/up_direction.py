@@ -48,16 +48,20 @@ def find_up(
     noise: float,
     spacing: float,
     up: FloatArray | None = None,
+    metric: bool = False,
 ) -> Up | None:
     """Up from the one plane on which everything else stands; None where there is none, or two.
 
     `points` (n, 3) lie evenly on the surface, `owner` (n,) is the plane of each, -1: none; `noise`
     is their sd off the planes, `spacing` the typical distance between them.
     A wall carries things too: there must be one that can only stand. With a known `up` only level
-    planes are considered, and the result says which of them is the floor.
+    planes are considered, and the result says which of them is the floor; where lengths are also
+    metres (`metric`), also that of an empty room.
     """
     surface = FacedSurface.of(points, owner, planes, noise=noise, spacing=spacing)
-    found: list[Floor] = sorted(find_floors(surface, up), key=lambda floor: -floor.area)
+    found: list[Floor] = sorted(
+        find_floors(surface, up, metric=metric), key=lambda floor: -floor.area
+    )
     if not found:
         return None
     first = found[0]

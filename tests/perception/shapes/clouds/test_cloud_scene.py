@@ -357,3 +357,21 @@ def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
     joined = cluster_bodies(points, np.zeros(400, dtype=np.intp), 0.02)
     assert set(alone.tolist()) == {0, 1}
     assert set(joined.tolist()) == {0}
+
+
+@pytest.mark.parametrize("walls", [1, 2, 4])
+def test_an_empty_room_in_metres_is_no_thing(walls: int) -> None:
+    rng = np.random.default_rng(walls)
+    a, b, h = 3.0 * X, 2.2 * Y, 2.4 * Z
+    sheets = [(0.0 * X, a, h), (0.0 * X, b, h), (b, a, h), (a, b, h)][:walls]
+    points = np.concatenate(
+        [rectangle(rng, 3000, 0.0 * X, a, b), *(rectangle(rng, 3000, *each) for each in sheets)]
+    )
+    points += rng.normal(0.0, 0.002, points.shape)
+    scene = scene_of_cloud(Cloud.of(points), up=Z, metric=True)
+    assert len(scene.faces) == walls + 1
+    assert not any(body.faces for body in scene.bodies)
+    # of a carton of the same shape nobody says so
+    carton = scene_of_cloud(Cloud.of(points / 4.0), up=Z, metric=True)
+    assert any(body.faces for body in carton.bodies)
+    assert not fact_rows(scene, {"thing_size"}).get("thing_size")

@@ -184,3 +184,14 @@ def test_a_table_is_the_same_whatever_is_far_away(far: float) -> None:
     (bare,) = boxes_of(scene_of(table()))
     for other in (stray, ground, beyond):
         assert bare in boxes_of(scene_of(together(table(), other)))
+
+
+@pytest.mark.parametrize("name", ["4 sheets", "4 slabs"])
+def test_an_empty_room_is_no_thing(name: str) -> None:
+    empty = scene_of(ROOMS[name])
+    assert len(empty.faces) >= 5
+    assert not any(body.faces for body in empty.bodies)
+
+
+def test_three_walls_without_a_thing_are_a_corner() -> None:
+    assert any(body.faces for body in scene_of(slabs(3)).bodies)

@@ -1,0 +1,80 @@
+"""Outlines of faces whose noise is wider than their points are apart."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.shapes.clouds.alpha_shape import covered_area
+from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.types import FloatArray
+from tests.perception.shapes.clouds.test_cloud_scene import table
+from tests.perception.shapes.sampled_shapes import box_points, rectangle
+
+X, Y, Z = np.eye(3)
+SPACING = 0.01
+
+
+def square(noise: float, *, side: float = 0.6, seed: int = 0) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    flat = rng.uniform(0.0, side, (round((side / SPACING) ** 2), 2))
+    return flat + rng.normal(0.0, 1.0, flat.shape) * noise
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.006, 0.01, 0.03])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_noise_does_not_widen_an_area(noise: float, seed: int) -> None:
+    flat = square(noise, seed=seed)
+    areas, _ = covered_area(flat, np.full(len(flat), SPACING), noise)
+    assert len(areas) == 1
+    assert areas[0].area == pytest.approx(0.36, rel=0.07)
+
+
+def test_points_of_another_plane_that_passes_through_make_no_spur() -> None:
+    noise = 0.01
+    rng = np.random.default_rng(0)
+    # of a floor across the square, what noise puts nearer to it than to the floor
+    along = np.column_stack([rng.uniform(0.6, 1.2, 600), np.abs(rng.normal(0.0, noise, 600))])
+    flat = np.concatenate([square(noise), along[rng.uniform(size=600) < 0.4]])
+    areas, _ = covered_area(flat, np.full(len(flat), SPACING), noise)
+    assert areas[0].bounds[2] == pytest.approx(0.6, abs=5.0 * noise)
+
+
+def noisy_with_distance(points: FloatArray, eye: FloatArray, share: float) -> FloatArray:
+    rng = np.random.default_rng(2)
+    sd = share * ((points - eye) ** 2).sum(axis=1)
+    return points + rng.normal(0.0, 1.0, points.shape) * sd[:, None]
+
+
+def on_floor(thing: FloatArray, count: int, side: float = 2.0) -> FloatArray:
+    rng = np.random.default_rng(1)
+    start = np.array([-side / 2.0, -side / 2.0, 0.0])
+    return np.concatenate([thing, rectangle(rng, count, start, side * X, side * Y)])
+
+
+def test_noise_that_grows_with_distance_leaves_a_box_its_faces() -> None:
+    upper = ("-x", "+x", "-y", "+y", "+z")
+    box = box_points((0.4, 0.3, 0.25), 1700, sides=upper) - [0.2, 0.15, 0.0]
+    points = noisy_with_distance(on_floor(box, 13_000), np.array([2.0, -1.5, 1.5]), 0.002)
+    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    assert len(scene.bodies) == 1
+    faces = [scene.faces[i] for i in scene.bodies[0].faces]
+    areas = [float(f.plane.normal @ vector_area(scene.points[list(f.outline)])) for f in faces]
+    assert sorted(areas) == pytest.approx([0.075, 0.075, 0.1, 0.1, 0.12], rel=0.1)
+
+
+@pytest.mark.parametrize("share", [0.0005, 0.0015])
+def test_heights_count_from_a_floor_that_was_measured(share: float) -> None:
+    thing = table(24_000) - [0.6, 0.4, 0.0]
+    # near the floor the legs are not told from it, or hidden
+    thing = thing[thing[:, 2] > 0.06]
+    points = noisy_with_distance(on_floor(thing, 20_000), np.array([-1.2, -0.8, 1.2]), share)
+    scene = scene_of_cloud(Cloud.of(points), up=Z)
+    facts = fact_rows(scene, {"elevation", "width", "area"})
+    areas, heights, widths = (
+        {name: value for name, value, _ in facts[k]} for k in ("area", "elevation", "width")
+    )
+    top = max((name for name in heights if areas[name] > 0.5), key=lambda name: heights[name])
+    assert heights[top] == pytest.approx(0.7, abs=0.01)
+    assert widths[top] == pytest.approx(0.8, abs=0.02)
