@@ -51,14 +51,11 @@ class EditorText:
         >>> EditorText("a\\n😀b").position(3)
         1:2
         """
-        return lsp.Position(*self.line_and_units(offset))
-
-    def line_and_units(self, offset: int) -> tuple[int, int]:
-        """The line of a character and its column: what a position is made of."""
         offset = min(max(offset, 0), len(self.text))
         line = bisect_right(self._starts, offset) - 1
         before = self.text[self._starts[line] : min(offset, self._ends[line])]
-        return line, len(before) if before.isascii() else sum(map(self._units, before))
+        units = len(before) if before.isascii() else sum(map(self._units, before))
+        return lsp.Position(line, units)
 
     def range(self, span: Span) -> lsp.Range:
         """The range of a span."""

@@ -13,7 +13,6 @@ from facetlog.grammar.example_scenes import Builders, all_faults
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
-from facetlog.grammar.language_server.semantic_tokens import semantic_tokens
 from facetlog.grammar.language_server.symbols import Occurrences
 from facetlog.grammar.library import BUILTIN, read_text
 
@@ -38,7 +37,6 @@ class Project:
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
     _memories: dict[Path, Memory] = field(default_factory=dict)
-    _colours: dict[Path, tuple[int, ...]] = field(default_factory=dict)
 
     # ------------------------------------------------------------- texts
 
@@ -71,7 +69,6 @@ class Project:
         """Whatever was found out from texts may have changed."""
         self._analyses.clear()
         self._symbols.clear()
-        self._colours.clear()
 
     @property
     def open_models(self) -> tuple[Path, ...]:
@@ -127,14 +124,6 @@ class Project:
         found = self._symbols.get(path)
         if found is None:
             found = self._symbols[path] = occurrences(self.analysis(path))
-        return found
-
-    def colours(self, path: Path) -> tuple[int, ...]:
-        """The semantic tokens of a file; found once for each state of the texts."""
-        found = self._colours.get(path)
-        if found is None:
-            found = semantic_tokens(self.symbols(path), self.text(path), path)
-            self._colours[path] = found
         return found
 
     def files_that_say(self, word: str) -> Iterator[Path]:

@@ -16,20 +16,12 @@ from facetlog.grammar.language_server import Builders
 from facetlog.grammar.language_server.code_actions import KINDS, code_actions, fix_all
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
-from facetlog.grammar.language_server.folding import folds
 from facetlog.grammar.language_server.hover import hover_text, limit_text
 from facetlog.grammar.language_server.outline import outline
 from facetlog.grammar.language_server.project import Project, path_of
 from facetlog.grammar.language_server.protocol import Protocol
 from facetlog.grammar.language_server.references import references
 from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
-from facetlog.grammar.language_server.semantic_tokens import (
-    LEGEND,
-    GivenColours,
-    semantic_tokens,
-)
-from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
-from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.limits import limit_at
 from facetlog.grammar.source import Source, Span
@@ -57,7 +49,6 @@ class ModelServer(LanguageServer):
         self.project = Project(builders=builders)
         self._waiting: asyncio.TimerHandle | None = None
         self._published: set[Path] = set()
-        self.colours = GivenColours()
 
     def publish_soon(self, delay: float = PAUSE_S) -> None:
         """Faults of all open files are sent after a pause; what was waiting waits anew."""
@@ -103,7 +94,6 @@ def model_server(builders: Builders) -> ModelServer:
     server = ModelServer(builders)
     _serve_texts(server)
     _serve_questions(server)
-    _serve_looks(server)
     _serve_names(server)
     return server
 
@@ -197,15 +187,6 @@ def _serve_questions(server: ModelServer) -> None:
         return outline(project.analysis(path).file, project.text(path))
 
     @server.feature(
-        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=list(CALLS))
-    )
-    def help_with_call(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-        path = path_of(params.text_document.uri)
-        text = project.text(path)
-        offset = text.offset(params.position)
-        return signature_help(project.analysis(path), text.text, offset, server.builders)
-
-    @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=list(KINDS))
     )
     def actions(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
@@ -226,36 +207,6 @@ def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -
     """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
     wanted = [str(getattr(kind, "value", kind)) for kind in kinds]
     return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in wanted)
-
-
-# -------------------------------------------------------------------- looks
-
-
-def _serve_looks(server: ModelServer) -> None:
-    project = server.project
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
-    def colours(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-        path = path_of(params.text_document.uri)
-        return server.colours.full(path, project.colours(path))
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA)
-    def new_colours(
-        params: lsp.SemanticTokensDeltaParams,
-    ) -> lsp.SemanticTokens | lsp.SemanticTokensDelta:
-        path = path_of(params.text_document.uri)
-        return server.colours.delta(path, project.colours(path), params.previous_result_id)
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE)
-    def colours_in_sight(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
-        path = path_of(params.text_document.uri)
-        text = project.text(path)
-        piece = Span(text.offset(params.range.start), text.offset(params.range.end))
-        return lsp.SemanticTokens(list(semantic_tokens(project.symbols(path), text, path, piece)))
-
-    @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
-    def folding(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-        return folds(Source("", project.text(path_of(params.text_document.uri)).text))
 
 
 # -------------------------------------------------------------------- names

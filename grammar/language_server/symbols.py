@@ -1,6 +1,6 @@
 """Symbols: what a word of a file stands for, and where it was given its name."""
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -73,12 +73,6 @@ class Occurrences:
             return None
         found = self.every[i]
         return found if offset <= found.span.end + len(found.plural) else None
-
-    def within(self, piece: Span) -> tuple[Occurrence, ...]:
-        """The symbols that begin in a piece of the text."""
-        first = bisect_left(self.every, piece.start, key=lambda one: one.span.start)
-        after = bisect_right(self.every, piece.end, key=lambda one: one.span.start)
-        return self.every[first:after]
 
     def of(self, symbol: Symbol) -> tuple[Occurrence, ...]:
         """Where a symbol surely stands."""
