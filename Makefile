@@ -56,8 +56,7 @@ format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-reference: $(STAMP) ## make the reference of docs/models.md, and its picture of words
-	$(BIN)/python scripts/write_reference.py
+reference: $(STAMP) ## draw the picture of words in docs/pictures
 	$(BIN)/python scripts/draw_vocabulary.py
 
 docs: $(STAMP) ## the pages of the Python interface, into out/docs; warnings are errors
