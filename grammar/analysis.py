@@ -10,8 +10,8 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.model import check_file, check_model
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
-from facetlog.grammar.lint.allowed import not_allowed
-from facetlog.grammar.lint.lint import KnowledgeMemo, lint
+from facetlog.grammar.lint.allowed import drop_allowed
+from facetlog.grammar.lint.lint import lint
 from facetlog.grammar.passes.memo import Fingerprints, Memo
 from facetlog.grammar.resolve import FlatModel, flat_models
 from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
@@ -59,7 +59,6 @@ class Memory:
     """What analyses of one file as it is edited have found out, for the next of them."""
 
     checked: Memo[References] = field(default_factory=Memo)
-    known: KnowledgeMemo = field(default_factory=Memo)
 
 
 def analyse(
@@ -146,7 +145,6 @@ def _resolve(draft: _Draft) -> None:
     if draft.memory is not None:
         draft.prints = Fingerprints(draft.library, draft.models, roles)
         draft.memory.checked.begin()
-        draft.memory.known.begin()
 
 
 def _check_files(draft: _Draft) -> None:
@@ -185,14 +183,12 @@ def _find_circles(draft: _Draft) -> None:
 
 def _lint(draft: _Draft) -> None:
     """What is odd about models without errors."""
-    known = draft.memory.known if draft.memory is not None else None
-    found = lint(draft.scopes, draft.library.main, draft.faults, draft.prints, known)
-    draft.faults.extend(found)
+    draft.faults.extend(lint(draft.scopes, draft.library.main, draft.faults))
 
 
 def _allow(draft: _Draft) -> None:
     """Warnings that the author allows are no faults."""
-    draft.faults = list(not_allowed(draft.library.main, draft.faults))
+    draft.faults = drop_allowed(draft.library.main, draft.faults)
 
 
 PASSES: tuple[Callable[[_Draft], None], ...] = (

@@ -10,7 +10,7 @@ from facetlog.grammar.fixing.fix import Edit, Fix
 from facetlog.grammar.fixing.fix_all import Check, fixed
 from facetlog.grammar.language_server.diagnostics import diagnostic
 from facetlog.grammar.language_server.positions import EditorText
-from facetlog.grammar.lint.allowed import allowance
+from facetlog.grammar.lint.allowed import allow_fix
 from facetlog.grammar.source import Span, differing
 
 __all__ = ["KINDS", "code_actions", "fix_all"]
@@ -43,7 +43,7 @@ def fix_all(text: EditorText, uri: str, check: Check) -> list[lsp.CodeAction]:
 def _fixes(fault: Fault, analysis: Analysis) -> Iterator[Fix]:
     yield from fault.fixes
     if fault.severity is Severity.WARNING:
-        yield allowance(fault, analysis.file.comments)
+        yield allow_fix(fault, analysis.file.comments)
 
 
 def _action(fault: Fault, fix: Fix, text: EditorText, uri: str) -> lsp.CodeAction:

@@ -10,8 +10,6 @@ from typing import TypeAlias
 
 from facetlog.grammar.units import Dimension
 
-__all__ = ["EVERYTHING", "NOTHING_BUT_ZERO", "Atom", "Interval", "Linear", "constant_sum", "single"]
-
 Atom: TypeAlias = tuple[Hashable, ...]
 """One measured value: the word, and what it is measured of."""
 
@@ -19,28 +17,23 @@ Interval: TypeAlias = tuple[float, float]
 """Least and greatest value."""
 
 EVERYTHING: Interval = (-math.inf, math.inf)
-NOTHING_BUT_ZERO: Interval = (0.0, 0.0)
 
 DIGITS = 12
-"""Of a factor: what differs behind them differs by rounding."""
+"""Significant digits of a factor; what differs behind them differs by rounding."""
 
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """A constant and multiples of measured values, all of one dimension.
-
-    `absolute` if metres are written in it, so that it has no value where the scale is not known.
-    """
+    """A constant and multiples of measured values, all of one dimension."""
 
     constant: float
     terms: Mapping[Atom, float]
     dimension: Dimension
-    absolute: bool = False
 
     @property
     def key(self) -> Hashable:
         """Equal for equal sums."""
-        return _rounded(self.constant), frozenset((a, _rounded(c)) for a, c in self.terms.items())
+        return _round(self.constant), frozenset((a, _round(c)) for a, c in self.terms.items())
 
     @property
     def is_constant(self) -> bool:
@@ -48,25 +41,23 @@ class Linear:
         return not self.terms
 
     def times(self, factor: float, dimension: Dimension | None = None) -> "Linear":
-        """So many times it."""
-        terms = {a: _rounded(c * factor) for a, c in self.terms.items()} if factor else {}
-        value = _rounded(self.constant * factor)
-        return Linear(value, terms, dimension or self.dimension, self.absolute)
+        """Return the sum multiplied by a number."""
+        terms = {a: _round(c * factor) for a, c in self.terms.items()} if factor else {}
+        return Linear(_round(self.constant * factor), terms, dimension or self.dimension)
 
     def plus(self, other: "Linear", factor: float = 1.0) -> "Linear":
-        """The sum with so many times another; what cancels is left out."""
+        """Return the sum with so many times another; terms that cancel are left out."""
         terms = dict(self.terms)
         for atom, coefficient in other.terms.items():
-            value = _rounded(terms.get(atom, 0.0) + factor * coefficient)
+            value = _round(terms.get(atom, 0.0) + factor * coefficient)
             if value:
                 terms[atom] = value
             else:
                 terms.pop(atom, None)
-        constant = _rounded(self.constant + factor * other.constant)
-        return Linear(constant, terms, self.dimension, self.absolute or other.absolute)
+        return Linear(_round(self.constant + factor * other.constant), terms, self.dimension)
 
     def interval(self, ranges: Mapping[Atom, Interval]) -> Interval:
-        """Its least and greatest value, from those of what is measured."""
+        """Return its least and greatest value, from those of what is measured."""
         low = high = self.constant
         for atom, coefficient in self.terms.items():
             least, most = ranges[atom]
@@ -77,16 +68,5 @@ class Linear:
         return low, high
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     return float(f"{value:.{DIGITS}g}") if value % 1 else value
-
-
-def constant_sum(value: float, dimension: Dimension) -> Linear:
-    """A number alone; zero is the same in every unit."""
-    lengths = dimension in (Dimension.LENGTH, Dimension.AREA)
-    return Linear(value, {}, dimension, lengths and value != 0)
-
-
-def single(atom: Atom, dimension: Dimension, absolute: bool = False) -> Linear:
-    """One measured value."""
-    return Linear(0.0, {atom: 1.0}, dimension, absolute)

@@ -1,4 +1,4 @@
-"""What is named and never used: constants, definitions, parameters, parts and sets."""
+"""What is named and never used: constants, definitions, parameters, parts, sets, local names."""
 
 from collections.abc import Iterable, Iterator
 
@@ -10,20 +10,18 @@ from facetlog.grammar.lint.claims import Claims
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.source import Source
 
-__all__ = ["unused_parts", "unused_statements"]
 
-
-def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
-    """Singular parts and sets of the model itself that nothing mentions.
+def find_unused_names(claims: Claims, main: s.File) -> Iterator[Fault]:
+    """Find singular parts and sets of the model itself, and local names, that nothing mentions.
 
     The number of a set's members is a condition by itself, unless any number will do. An object is
     required by its kind.
     """
     scope = claims.scope
     for owned in scope.model.parts:
+        part = owned.node
         if owned.file is not main or owned.model != scope.model.name:
             continue
-        part = owned.node
         if part.count is not None and part.count.kind is not s.CountKind.ANY and not part.optional:
             continue
         if part.count is None and part.where is not None:
@@ -34,45 +32,39 @@ def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
                 continue
             what = "set" if part.count is not None else "part"
             message = f"nothing is said of the {what} `{name}`"
-            yield _warning("unused-part", message, owned.source, name, "add a line about it")
+            yield _warn("unused-part", message, owned.source, name, "add a line about it")
+    for name, source in claims.in_vain:
+        message = f"what must be so does not depend on `{name}`"
+        yield _warn("in-vain", message, source, name, f"say it of `{name}`")
 
 
-def unused_statements(
-    models: Iterable[tuple[frozenset[str], FlatModel]], main: s.File
-) -> Iterator[Fault]:
-    """Constants, definitions and parameters of a file that no model uses, heirs included.
-
-    `models` are all models, with the names that each looks up.
-    """
+def find_unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]:
+    """Find constants, definitions and parameters of a file that no model uses, heirs included."""
     used: set[int] = set()
-    for names, model in models:
-        _mark(names, model, used)
-    every = [*main.statements, *(x for model in main.models for x in model.statements)]
-    for statement in every:
+    for claims in models:
+        _mark_used(claims.used, claims.scope.model, used)
+    for statement in [*main.statements, *(x for model in main.models for x in model.statements)]:
         if not isinstance(statement, s.Let | s.Define):
             continue
         if id(statement) not in used and statement.name.text != FADING:
             what = "constant" if isinstance(statement, s.Let) else "definition"
-            message = f"the {what} `{statement.name}` is never used"
             title = f"leave out the {what} `{statement.name}`"
             fixes = removal(title, main.source.text, statement.span, sure=False)
-            yield _warning(
-                f"unused-{what}", message, main.source, statement.name, "leave it out", fixes
-            )
+            message = f"the {what} `{statement.name}` is never used"
+            code = f"unused-{what}"
+            yield _warn(code, message, main.source, statement.name, "leave it out", fixes)
         if isinstance(statement, s.Define):
-            inside = set(_references(statement.body))
+            inside = set(_iter_references(statement.body))
             for parameter in statement.parameters:
                 if parameter.text not in inside:
                     message = f"`{statement.name}` does not use its `{parameter}`"
-                    yield _warning(
-                        "unused-parameter", message, main.source, parameter, "leave it out"
-                    )
+                    hint = "leave it out"
+                    yield _warn("unused-parameter", message, main.source, parameter, hint)
 
 
-def _mark(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
-    """Notes the constants and definitions that a model needs, and what its constants need."""
-    waiting = [name for name in names if name in model.lets or name in model.defines]
-    seen: set[str] = set()
+def _mark_used(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
+    """Note the constants and definitions that a model needs, and what its constants need."""
+    waiting, seen = list(names), set[str]()
     while waiting:
         name = waiting.pop()
         if name in seen:
@@ -83,10 +75,10 @@ def _mark(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
             used.add(id(define.node))
         if let is not None:
             used.add(id(let.node))
-            waiting.extend(_references(let.node.value))
+            waiting.extend(_iter_references(let.node.value))
 
 
-def _references(node: s.Expression) -> Iterator[str]:
+def _iter_references(node: s.Expression) -> Iterator[str]:
     for inner in s.walk(node):
         match inner:
             case s.Reference(name):
@@ -97,12 +89,7 @@ def _references(node: s.Expression) -> Iterator[str]:
                 yield from (n.text for n in of)
 
 
-def _warning(
-    code: str,
-    message: str,
-    source: Source,
-    node: s.Name,
-    hint: str,
-    fixes: tuple[Fix, ...] = (),
+def _warn(
+    code: str, message: str, source: Source, node: s.Name, hint: str, fixes: tuple[Fix, ...] = ()
 ) -> Fault:
     return Fault(code, message, source, node.span, hint, Severity.WARNING, fixes)
