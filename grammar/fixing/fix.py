@@ -1,7 +1,7 @@
 """A fix: edits of a text that put a fault right. `--fix`, editors and SARIF are all made of it."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from facetlog.grammar.source import Span
 
@@ -14,10 +14,6 @@ class Edit:
 
     span: Span
     text: str
-
-    def moved(self, by: int) -> "Edit":
-        """The same edit in a text that begins so many letters later."""
-        return Edit(Span(self.span.start + by, self.span.end + by), self.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +33,6 @@ class Fix:
         """From the first edit to the last."""
         first, *rest = sorted(edit.span for edit in self.edits)
         return first.to(rest[-1]) if rest else first
-
-    def moved(self, by: int) -> "Fix":
-        """The same fix in a text that begins so many letters later."""
-        return replace(self, edits=tuple(edit.moved(by) for edit in self.edits))
 
 
 def applied(text: str, edits: Iterable[Edit]) -> str:

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from lark import Lark
 from lark.exceptions import UnexpectedInput
 from lark.lexer import PatternStr
 
 from facetlog.grammar.reading.layout import PIECE_WORDS, Token, laid_out
-from facetlog.grammar.reading.parse import GRAMMAR, LONGEST
+from facetlog.grammar.reading.parse import LONGEST, statement_parser
 from facetlog.grammar.source import Source
 
 __all__ = ["Context", "context_at"]
@@ -80,14 +79,9 @@ def context_at(text: str, offset: int) -> Context | None:
 
 
 @cache
-def _parser() -> Lark:
-    return Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
-
-
-@cache
 def _written() -> dict[str, str]:
     """The words of the language by the names of their terminals."""
-    patterns = {terminal.name: terminal.pattern for terminal in _parser().terminals}
+    patterns = {terminal.name: terminal.pattern for terminal in statement_parser().terminals}
     return {
         name: pattern.value
         for name, pattern in patterns.items()
@@ -99,7 +93,7 @@ def _following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[str]]
     """The words that may follow these tokens, and the names of the terminals."""
     if len(tokens) > LONGEST:
         return frozenset(), frozenset()
-    state = _parser().parse_interactive(" ".join(token.text for token in tokens))
+    state = statement_parser().parse_interactive(" ".join(token.text for token in tokens))
     try:
         state.exhaust_lexer()
         accepted = frozenset(state.accepts())  # type: ignore[no-untyped-call]

@@ -8,7 +8,7 @@ from pathlib import Path
 from lsprotocol import types as lsp
 from pygls import uris
 
-from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.example_scenes import Builders, all_faults
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
@@ -36,7 +36,6 @@ class Project:
     _uris: dict[Path, str] = field(default_factory=dict)
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
-    _memories: dict[Path, Memory] = field(default_factory=dict)
 
     # ------------------------------------------------------------- texts
 
@@ -61,7 +60,6 @@ class Project:
         path = path_of(uri)
         self._open.pop(path, None)
         self._uris.pop(path, None)
-        self._memories.pop(path, None)
         self.forget()
         return path
 
@@ -102,8 +100,7 @@ class Project:
         if found is None:
             if len(self._analyses) >= ANALYSES:
                 self.forget()
-            memory = self._memories.setdefault(path, Memory())
-            found = analyse(path, self.text(path).text, read=self.read, memory=memory)
+            found = analyse(path, self.text(path).text, read=self.read)
             self._analyses[path] = found
         return found
 
@@ -116,8 +113,7 @@ class Project:
 
     def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
         """What says which faults a file would have with another text."""
-        memory = Memory()
-        return lambda text: self._with_scenes(analyse(path, text, read=self.read, memory=memory))
+        return lambda text: self._with_scenes(analyse(path, text, read=self.read))
 
     def symbols(self, path: Path) -> Occurrences:
         """The symbols of a file; found once for each state of the texts."""

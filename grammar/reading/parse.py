@@ -1,23 +1,20 @@
 """Model text into its syntax tree, with all faults of the text at once."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.reading.lalr import NotParsed, TableParser
 from facetlog.grammar.reading.layout import Layout, Statement, laid_out, pieces
 from facetlog.grammar.reading.tree import TreeToSyntax
 from facetlog.grammar.reading.unexpected import Parsing, explained
 from facetlog.grammar.source import Source, Span
-
-__all__ = ["GRAMMAR", "LARGEST", "Parsed", "forget", "parse", "statement_trees"]
 
 GRAMMAR = Path(__file__).parents[1] / "model.lark"
 
@@ -27,15 +24,8 @@ LARGEST = 4_000_000
 DEEPEST = 60
 """Expressions within expressions; what is deeper no person wrote."""
 
-MOST_STATEMENTS = 20_000
-MOST_PIECES = 500
-"""What is kept of what was read, some 40 MB: the statements of five hundred models."""
-
 LONGEST = 4000
 """Words and signs of one statement."""
-
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,14 +37,17 @@ class Parsed:
 
 
 @cache
-def _parser() -> TableParser:
-    return TableParser(_tree_parser(), TreeToSyntax())
+def statement_parser(*, trees: bool = False) -> Lark:
+    """Return the parser of one statement, which makes syntax, or trees, as it reduces."""
+    grammar, maker = GRAMMAR.read_text(encoding="utf-8"), None if trees else TreeToSyntax()
+    return Lark(grammar, parser="lalr", maybe_placeholders=True, transformer=maker)
 
 
-@cache
-def _tree_parser() -> Lark:
-    grammar = GRAMMAR.read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", maybe_placeholders=True)
+def statement_trees(source: Source) -> Iterator[Tree[Token]]:
+    """Iterate over the trees of the statements that can be read, as the grammar names rules."""
+    for statement in laid_out(source).statements:
+        with suppress(UnexpectedInput):
+            yield statement_parser(trees=True).parse(statement.text(source.text))
 
 
 def parse(source: Source) -> Parsed:
@@ -68,50 +61,16 @@ def parse(source: Source) -> Parsed:
     found: list[object] = []
     comments: list[s.Comment] = []
     for span in pieces(source.text):
-        text = source.text[span.start : span.end]
-        piece = _PIECES.take(text, source.name, span.start)
-        if piece is None:
-            before = len(faults)
-            piece = _read_anew(source, span, faults)
-            if len(faults) == before:
-                _PIECES.keep(text, source.name, span.start, piece)
-        found += piece.nodes
-        comments += piece.comments
+        layout = laid_out(source, span)
+        faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
+        found += _statements(source, layout, faults)
+        comments += layout.comments
     if not found and not faults:
         hint = "begin with `model NAME`"
         message = "the file has no model"
         faults.append(Fault("empty-file", message, source, Span(0, 0), hint, Severity.WARNING))
     file = _file(source, tuple(comments), found, faults)
     return Parsed(file, tuple(sorted(faults, key=_order)))
-
-
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    """The statements and comments of a piece of a text."""
-
-    nodes: tuple[object, ...]
-    comments: tuple[s.Comment, ...]
-
-
-def _read_anew(source: Source, span: Span, faults: list[Fault]) -> _Piece:
-    layout = laid_out(source, span)
-    faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
-    return _Piece(tuple(_statements(source, layout, faults)), layout.comments)
-
-
-def _piece_moved(piece: _Piece, by: int) -> _Piece:
-    nodes = tuple(s.moved(node, by) for node in piece.nodes)
-    return _Piece(nodes, tuple(s.moved(comment, by) for comment in piece.comments))
-
-
-def statement_trees(source: Source) -> Iterator[Tree[Token]]:
-    """The trees of the statements that can be read, as the grammar names their rules."""
-    for statement in laid_out(source).statements:
-        try:
-            tree = _tree_parser().parse(statement.text(source.text))
-        except UnexpectedInput:
-            continue
-        yield tree
 
 
 def _order(fault: Fault) -> tuple[int, int]:
@@ -128,74 +87,22 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
         if len(statement.tokens) > LONGEST:
             faults.append(_too_deep(source, statement.span, "this statement is too long"))
             continue
-        node = _parsed(source, statement, faults)
+        node = _parse_statement(source, statement, faults)
         if node is not None:
             yield node
 
 
-@dataclass(slots=True)
-class _Known(Generic[T]):
-    """What was read before, by its text, with the file and place of the last.
-
-    `moved` makes a copy of it that stands elsewhere.
-    """
-
-    most: int
-    moved: Callable[[T, int], T]
-    found: dict[str, tuple[T, str, int]] = field(default_factory=dict)
-
-    def take(self, text: str, name: str, start: int) -> T | None:
-        """What would be read there; None if it was not read before.
-
-        No node stands in two places: some are compared by identity.
-        """
-        known = self.found.get(text)
-        if known is None:
-            return None
-        node, before, at = known
-        if (before, at) != (name, start):
-            node = self.moved(node, start - at)
-            self.found[text] = node, name, start
-        return node
-
-    def keep(self, text: str, name: str, start: int, node: T) -> None:
-        """Keeps what was read, and forgets all else where it is too much."""
-        if len(self.found) >= self.most:
-            self.found.clear()
-        self.found[text] = node, name, start
-
-
-_STATEMENTS: _Known[object] = _Known(MOST_STATEMENTS, s.moved)
-_PIECES: _Known[_Piece] = _Known(MOST_PIECES, _piece_moved)
-
-
-def forget() -> None:
-    """Forgets what was read before, so that all is read anew: for measurements and tests."""
-    _STATEMENTS.found.clear()
-    _PIECES.found.clear()
-
-
-def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
-    start, end = statement.span
-    text = source.text[start:end]
-    node = _STATEMENTS.take(text, source.name, start)
-    if node is None:
-        node = _parsed_anew(source, statement, faults)
-        if node is not None:
-            _STATEMENTS.keep(text, source.name, start, node)
-    return node
-
-
-def _parsed_anew(source: Source, statement: Statement, faults: list[Fault]) -> object:
+def _parse_statement(source: Source, statement: Statement, faults: list[Fault]) -> object:
     try:
-        node: object = _parser().parse(statement.tokens)
-    except NotParsed:
+        node: object = statement_parser().parse(statement.text(source.text))
+    except UnexpectedInput:
         faults.append(explained(source, statement, _reach))
         return None
     if len(statement.tokens) > DEEPEST and _depth(node) > DEEPEST:
         faults.append(_too_deep(source, statement.span, "this statement is nested too deeply"))
         return None
     # The first word of a statement, which names its rule, belongs to it.
+    node = s.moved(node, statement.span.start)
     return node if isinstance(node, s.Model | s.Text) else replace(node, span=statement.span)  # type: ignore[type-var]
 
 
@@ -206,7 +113,7 @@ def _too_deep(source: Source, span: Span, message: str) -> Fault:
 def _reach(text: str) -> Parsing:
     """How far a statement's text can be read, and which words may follow there."""
     try:
-        _tree_parser().parse(text)
+        statement_parser().parse(text)
     except UnexpectedToken as error:
         at = len(text) if error.token.type == "$END" else error.token.start_pos or 0
         return Parsing(at, frozenset(error.accepts or error.expected))

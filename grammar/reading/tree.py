@@ -7,8 +7,9 @@ may be left out and is comes as None.
 from dataclasses import replace
 from typing import Any
 
+from lark import Token
+
 from facetlog.grammar import syntax as s
-from facetlog.grammar.reading.layout import Token
 from facetlog.grammar.source import NOWHERE, Span
 
 __all__ = ["TreeToSyntax"]
@@ -27,17 +28,17 @@ class TreeToSyntax:
         return Span(self._start(first), self._end(last))
 
     def _start(self, part: Any) -> int:
-        if part.__class__ is Token:
-            return part.start
+        if isinstance(part, Token):
+            return part.start_pos or 0
         return self._start(part[0]) if isinstance(part, tuple) else part.span.start
 
     def _end(self, part: Any) -> int:
-        if part.__class__ is Token:
-            return part.end
+        if isinstance(part, Token):
+            return part.end_pos or 0
         return self._end(part[-1]) if isinstance(part, tuple) else part.span.end
 
     def _name(self, token: Token) -> s.Name:
-        return s.Name(token.text, Span(token.start, token.end))
+        return s.Name(str(token), self._span([token]))
 
     def _maybe_name(self, token: Token | None) -> s.Name | None:
         return None if token is None else self._name(token)
@@ -45,11 +46,11 @@ class TreeToSyntax:
     def _text(self, token: Token | None) -> s.Text | None:
         if token is None:
             return None
-        return s.Text(token.text[1:-1], Span(token.start, token.end))
+        return s.Text(str(token)[1:-1], self._span([token]))
 
     def _words(self, parts: Parts) -> s.Name:
         """Several words that stand for one."""
-        return s.Name(" ".join(p.text for p in parts), self._span(parts))
+        return s.Name(" ".join(parts), self._span(parts))
 
     # -------------------------------------------------------- statements
 
@@ -60,7 +61,7 @@ class TreeToSyntax:
         return s.Use(self._text(parts[0]), self._span(parts))  # type: ignore[arg-type]
 
     def ancestry(self, parts: Parts) -> s.Ancestry:
-        return s.Ancestry(parts[0].text)
+        return s.Ancestry(str(parts[0]))
 
     def model(self, parts: Parts) -> s.Model:
         name, ancestry, parent, others = parts
@@ -137,7 +138,7 @@ class TreeToSyntax:
         return self._count(s.CountKind.ANY, parts)
 
     def strength(self, parts: Parts) -> str:
-        return " ".join(p.text for p in parts)
+        return " ".join(parts)
 
     def expect(self, parts: Parts) -> str:
         return parts[0] or ""
