@@ -15,15 +15,13 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.compiling.joins import candidate_clauses
 from facetlog.grammar.compiling.lines import line_clauses
-from facetlog.grammar.compiling.sets import set_shapes
 from facetlog.grammar.compiling.tests import Writer, WriterOf
+from facetlog.grammar.compiling.writer import set_shapes
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.terms import Atom, Clause, Struct, Text
 from facetlog.plain_text import plain_text
-
-__all__ = ["Program", "compiled"]
 
 _DIRECTIVE = re.compile(r"^:-[^.]*\.[ \t]*$", re.MULTILINE)
 

@@ -7,8 +7,6 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.units import UNITS, Dimension
 
-__all__ = ["Constant", "constant", "quantity"]
-
 DEEPEST = 50
 """Constants made of constants; a circle is no constant either."""
 

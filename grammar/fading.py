@@ -14,8 +14,6 @@ from facetlog.grammar.scope import Scope
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import Gives
 
-__all__ = ["ABOUT", "FADING", "SHARE", "default_share", "fades_over", "gives_count", "soft_share"]
-
 FADING = "fading"
 """The name of the constant that says over which share of them the limits of a model fade."""
 

@@ -9,8 +9,6 @@ from types import MappingProxyType
 
 from facetlog.grammar.faults import Severity
 
-__all__ = ["FAULT_KINDS", "FaultKind", "example_file"]
-
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 

@@ -14,8 +14,6 @@ from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import NOWHERE, Source, Span
 from facetlog.regular_file import read_regular
 
-__all__ = ["BUILTIN", "Library", "Read", "builtin_names", "read_library", "read_text"]
-
 BUILTIN = Path(__file__).resolve().parent.parent / "rules"
 """Models that every file may name without `use`."""
 

@@ -9,8 +9,6 @@ from facetlog.grammar.fading import fades_over
 from facetlog.grammar.lint.claims import in_short
 from facetlog.grammar.scope import Scope, file_scope
 
-__all__ = ["Limit", "limit_at", "limits"]
-
 
 @dataclass(frozen=True, slots=True)
 class Limit:

@@ -17,8 +17,6 @@ from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kind, Word
 
-__all__ = ["OwnWords", "own_words"]
-
 _WORD = re.compile(
     r"^word\(\s*(?P<name>[a-z]\w*)\((?P<kinds>[^()]*)\)\s*,\s*(?P<gives>\w+)\s*,"
     r'\s*"(?P<meaning>[^"]*)"\s*\)\s*\.',

@@ -6,12 +6,8 @@ from types import MappingProxyType
 from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.fix import Fix
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, Fix, respelling, said
 from facetlog.grammar.source import Source
-
-__all__ = ["FlatModel", "Owned", "flat_models", "line_label"]
 
 Node = TypeVar("Node", covariant=True)
 

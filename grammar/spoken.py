@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-__all__ = ["SPOKEN_WORDS", "hint_of_phrase", "of_other_kind"]
-
 _BY_SPACE = (
     "a model means the same however a thing was measured: write what must be full or free "
     "(`solidity(this)`, `hollow_side(this)`, `free_below(top)`), and `if known:` before what need "

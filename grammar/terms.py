@@ -11,8 +11,6 @@ from typing import TypeAlias
 
 from facetlog.plain_text import plain_text
 
-__all__ = ["ANYTHING", "Atom", "Clause", "Struct", "Term", "Text", "Var", "variables"]
-
 WIDTH = 96
 """Columns of a line of Prolog text."""
 

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["UNITS", "Dimension", "Unit"]
-
 
 class Dimension(StrEnum):
     """What a measure is of. Numbers, shares and counts are of one kind: they need no unit."""

@@ -11,20 +11,6 @@ from types import MappingProxyType
 
 from facetlog.grammar.source import Source, Span
 
-__all__ = [
-    "ANY",
-    "FACE",
-    "IN_SPACE",
-    "OPENING",
-    "PIECE",
-    "THING",
-    "VOCABULARY",
-    "Gives",
-    "Kind",
-    "Kinds",
-    "Word",
-]
-
 
 class Kind(StrEnum):
     """What a name can stand for."""

@@ -20,9 +20,8 @@ import numpy as np
 from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
 from benchmarks.knowledge.knowledge_base import exponent
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.fixing.fix import Edit, applied
-from facetlog.grammar.language_server.find_symbols import occurrences
-from facetlog.grammar.language_server.symbols import SymbolKind
+from facetlog.grammar.faults import Edit, applied
+from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.reading.parse import parse
 from facetlog.grammar.source import Source, Span

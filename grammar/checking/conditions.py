@@ -7,15 +7,10 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.measures import MeasureChecker, Names
 from facetlog.grammar.checking.types import CONDITION, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import constant
-from facetlog.grammar.faults import said
-from facetlog.grammar.fixing.fix import swap
-from facetlog.grammar.fixing.missing_unit import missing_unit
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import missing_unit, respelling, said, swap
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kinds
-
-__all__ = ["ConditionChecker"]
 
 ELEMENTS = (
     "face",

@@ -7,17 +7,12 @@ from dataclasses import dataclass, field
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.types import CONDITION, DIMENSIONS, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import combined_dimension, constant, quantity
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.fix import Fix
-from facetlog.grammar.fixing.missing_unit import missing_unit
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, Fix, missing_unit, respelling, said
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
 from facetlog.grammar.units import UNITS, Dimension
 from facetlog.grammar.vocabulary import THING, Kinds, Word
-
-__all__ = ["MeasureChecker", "Names"]
 
 Names = Mapping[str, Symbol]
 """What `each`, `there` and parameters bring."""

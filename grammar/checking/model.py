@@ -1,22 +1,89 @@
 """Models: names that are free, parts that can be, and every statement's expressions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.conditions import ConditionChecker
-from facetlog.grammar.checking.extent import Extents
 from facetlog.grammar.checking.types import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, respelling, said
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
+from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
+from facetlog.grammar.source import Span
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
 
-__all__ = ["RESERVED_NAMES", "Checked", "check_file", "check_model"]
+LARGEST = 3000
+"""Words of one condition, with those of the definitions that it names."""
+
+WRITTEN = 60
+"""Expressions within expressions of one statement as it is written (`parse.DEEPEST`)."""
+
+DEEPEST = 80
+"""Expressions within expressions, those of definitions counted where they are named."""
+
+MOST_NESTED = 30
+"""Definitions within definitions."""
+
+
+@dataclass(slots=True)
+class Extents:
+    """Sizes and depths by a model's definitions."""
+
+    defines: Mapping[str, Owned[s.Define]]
+    known: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def too_much(self, node: s.Expression, statement: Span) -> str:
+        """What is too much about an expression, or nothing; `statement` is that it stands in."""
+        if self._surely_little(statement.end - statement.start):
+            return ""
+        size, depth = self.of(node, ())
+        if size > LARGEST:
+            return f"it comes to more than {LARGEST} words, those of its definitions included"
+        if depth > DEEPEST:
+            return f"it is more than {DEEPEST} expressions deep, those of its definitions included"
+        return ""
+
+    def _surely_little(self, letters: int) -> bool:
+        """Whether a statement of so many letters cannot be too much, whatever it names.
+
+        A letter is three nodes at most (a part alone is a name, a reference and a property's
+        subject), a call takes three letters, and no statement is deeper than it may be written.
+        """
+        for name in self.defines:
+            self._of_definition(name, ())
+        size = max((size for size, _ in self.known.values()), default=0)
+        depth = max((depth for _, depth in self.known.values()), default=0)
+        return 3 * letters + letters // 3 * size <= LARGEST and WRITTEN + depth <= DEEPEST
+
+    def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
+        """Size and depth of an expression."""
+        size, deepest = 0, 0
+        waiting: list[tuple[s.Node, int]] = [(node, 1)]
+        while waiting:
+            one, depth = waiting.pop()
+            size += 1
+            if isinstance(one, s.Call | s.Property | s.Relation):
+                more, deeper = self._of_definition(one.name.text, within)
+                size += more
+                deepest = max(deepest, depth + deeper)
+            deepest = max(deepest, depth)
+            waiting.extend((child, depth + 1) for child in s.children(one))
+        return size, deepest
+
+    def _of_definition(self, name: str, within: tuple[str, ...]) -> tuple[int, int]:
+        if name not in self.defines or name in within:
+            return 0, 0
+        if name not in self.known:
+            if len(within) >= MOST_NESTED:
+                return 0, DEEPEST + 1
+            size, depth = self.of(self.defines[name].node.body, (*within, name))
+            self.known[name] = min(size, LARGEST + 1), min(depth, DEEPEST + 1)
+        return self.known[name]
 
 
 _IN_CONDITIONS = frozenset(

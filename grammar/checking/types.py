@@ -6,8 +6,6 @@ from typing import TypeAlias
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import Gives, Kind, Kinds
 
-__all__ = ["CONDITION", "DIMENSIONS", "EVERY", "Condition", "Element", "Type", "unit_hint"]
-
 
 @dataclass(frozen=True, slots=True)
 class Condition:

@@ -5,14 +5,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.compiling.counts import count_numbers
-from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
+    SetShape,
     all_of,
     conjunction,
+    count_numbers,
     elements_goal,
     state_only,
 )
@@ -20,8 +20,6 @@ from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
 from facetlog.grammar.vocabulary import FACE, OPENING
-
-__all__ = ["WEIGHTS", "line_clauses"]
 
 WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
 """How far the degree falls where an expectation fails (the language's definition)."""

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from facetlog.grammar import syntax as s
 from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
 
-__all__ = ["interchangeable"]
-
 PAIR = 2
 
 

@@ -9,25 +9,29 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.compiling.counts import amount_test, count_numbers, some_test
-from facetlog.grammar.compiling.measures import Bound, amount, is_number, scaled, word_term
-from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
+    Bound,
     MeasureWriter,
+    SetShape,
     all_of,
+    amount,
+    amount_test,
     conjunction,
+    count_numbers,
     elements_goal,
+    is_number,
+    scaled,
+    some_test,
     state_only,
+    word_term,
 )
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.vocabulary import OPENING, Kind, Kinds
-
-__all__ = ["Writer", "WriterOf"]
 
 
 @dataclass(slots=True)

@@ -2,21 +2,42 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.grammar.analysis import Analysis, analyse
-from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.project import Project, is_builtin
-from facetlog.grammar.language_server.references import references
-from facetlog.grammar.language_server.symbols import Occurrence, Occurrences, Symbol, SymbolKind
+from facetlog.grammar.language_server.symbols import (
+    Occurrence,
+    Occurrences,
+    Symbol,
+    SymbolKind,
+    occurrences,
+)
 from facetlog.grammar.reading.layout import STATEMENT_WORDS
 from facetlog.grammar.scope import THIS
 from facetlog.grammar.source import Span
 from facetlog.grammar.units import UNITS
 
-__all__ = ["Refusal", "Replacement", "renamed", "why_fixed"]
+
+def references(project: Project, symbol: Symbol, origin: Path) -> Iterator[tuple[Path, Occurrence]]:
+    """All places of a symbol, file by file: first the one `origin`."""
+    for path in _files(project, symbol, origin):
+        for one in project.symbols(path).of(symbol):
+            yield path, one
+
+
+def _files(project: Project, symbol: Symbol, origin: Path) -> Iterator[Path]:
+    yield origin
+    if symbol.kind in (SymbolKind.LOCAL, SymbolKind.UNIT, SymbolKind.BUILDER):
+        return
+    others = list(project.files_that_say(symbol.name))
+    if symbol.home is not None and symbol.home.path.suffix == ".model":
+        # It may lie outside of the workspace.
+        others.append(symbol.home.path)
+    yield from (path for path in dict.fromkeys(others) if path != origin)
+
 
 _NAME = re.compile(r"[^\W\d]\w*\Z")
 

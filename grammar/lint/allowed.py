@@ -8,8 +8,7 @@ import re
 from collections.abc import Iterable
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.fixing.fix import Fix, insertion
+from facetlog.grammar.faults import Fault, Fix, Severity, insertion
 from facetlog.grammar.source import Source
 
 _ALLOW = re.compile(r"#[ \t]*lint:[ \t]*allow\b[ \t]*(?P<codes>.*)$")

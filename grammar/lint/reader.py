@@ -13,8 +13,16 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.types import DIMENSIONS
 from facetlog.grammar.constants import Constant, combined_dimension, constant, quantity
 from facetlog.grammar.fading import ABOUT
-from facetlog.grammar.lint.claims import Bound, Claim, Claims, Origin, Region
-from facetlog.grammar.lint.linear import Atom, Interval, Linear
+from facetlog.grammar.lint.claims import (
+    Atom,
+    Bound,
+    Claim,
+    Claims,
+    Interval,
+    Linear,
+    Origin,
+    Region,
+)
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import THIS, Local, Scope, SetSymbol
 from facetlog.grammar.source import Source

@@ -9,12 +9,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from facetlog.grammar.faults import Fault
-from facetlog.grammar.fixing.fix import Edit, Fix
+from facetlog.grammar.faults import Edit, Fault, Fix
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
-
-__all__ = ["PIECE_WORDS", "STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
 
 STATEMENT_WORDS = frozenset(
     ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so

@@ -12,8 +12,6 @@ from lark import Token
 from facetlog.grammar import syntax as s
 from facetlog.grammar.source import NOWHERE, Span
 
-__all__ = ["TreeToSyntax"]
-
 Parts = list[Any]
 
 

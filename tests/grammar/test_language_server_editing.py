@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.code_actions import code_actions, fix_all
-from facetlog.grammar.language_server.positions import EditorText
-from facetlog.grammar.language_server.project import Project
+from facetlog.grammar.language_server.diagnostics import code_actions, fix_all
+from facetlog.grammar.language_server.project import EditorText, Project
 from facetlog.grammar.source import Span
 from tests.grammar.editor import Editor, RequestRefused
 

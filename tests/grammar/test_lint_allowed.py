@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.fixing.fix import applied
+from facetlog.grammar.faults import applied
 from facetlog.grammar.format import formatted
 from facetlog.grammar.lint.allowed import allow_fix
 from facetlog.grammar.source import Source

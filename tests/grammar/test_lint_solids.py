@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.grammar.lint.solids import SLENDER, THIN
+from facetlog.grammar.lint.conflicts import SLENDER, THIN
 from tests.grammar.linted import errors, faults_in
 
 THREE = "face a, b, d\na adjoins b, b adjoins d\n"

@@ -13,9 +13,8 @@ from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.compile import compiled
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server.completion import completions
-from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.hover import hover_text
-from facetlog.grammar.language_server.symbols import SymbolKind
+from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.reading.layout import PIECE_WORDS, laid_out
 from facetlog.grammar.reading.parse import GRAMMAR, parse, statement_trees
 from facetlog.grammar.source import Source

@@ -23,7 +23,7 @@ def fix_files(paths: Sequence[Path]) -> None:
 
     Raises InputError for standard input, and for a file that cannot be written.
     """
-    from facetlog.grammar.fixing.fix_all import fixed
+    from facetlog.grammar.fix_all import fixed
 
     if any(map(is_stdin, paths)):
         raise InputError("--fix needs files: what is read from standard input cannot be put right")

@@ -4,10 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
-from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.fixing.fix import applied
-
-__all__ = ["Check", "Done", "Fixed", "fixed"]
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, applied
 
 MOST_TRIED = 1000
 """Fixes that are tried on one text; who needs more can ask again."""

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 import facetlog.rules
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.fixing.fix import applied
-from facetlog.grammar.fixing.fix_all import UNREAD, fixed
+from facetlog.grammar.faults import Fault, Severity, applied
+from facetlog.grammar.fix_all import UNREAD, fixed
 from tests.grammar.linted import complete, faults_of
 
 HEAD = "face top, side\nok: top is measured, top adjoins side\n"
