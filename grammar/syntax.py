@@ -4,8 +4,7 @@ Names are not looked up yet: a `Reference` may be a part, a constant or a name t
 One ladder of expressions serves conditions and measures; check.py says which is which.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from enum import StrEnum
 from typing import Any, TypeAlias, get_args
 
@@ -478,79 +477,64 @@ Node: TypeAlias = (
 _LEAVES = frozenset({str, bool, float, type(None), Outcome, Ancestry, Comparator, CountKind})
 """What stands in the fields of nodes and has no place."""
 
-_Read = Callable[[Any], Any]
-_Write = Callable[[Any, Any], None]
-_INNER: dict[type, tuple[tuple[_Read, bool], ...]] = {}
-_SLOTS: dict[type, tuple[tuple[_Read, _Write, str], ...]] = {}
+_FIELDS: dict[type, tuple[tuple[str, str], ...]] = {}
 
 
 def children(node: object) -> "list[Node]":
-    """The nodes directly inside a node, in the order of their fields."""
-    inner = _INNER.get(node.__class__)
-    if inner is None:
-        slots = _slots(node.__class__)
-        inner = _INNER[node.__class__] = tuple(
-            (read, held == "many") for read, _, held in slots if held in ("one", "many")
-        )
+    """Return the nodes directly inside a node, in the order of their fields."""
     found: list[Node] = []
-    for read, many in inner:
-        value = read(node)
-        if many:
+    for name, holds in _fields(node.__class__):
+        value = getattr(node, name)
+        if holds == "many":
             found += value
-        elif value is not None:
+        elif holds == "one" and value is not None:
             found.append(value)
     return found
 
 
 def walk(node: object) -> "list[Node]":
-    """A node and all nodes inside it, outer ones first."""
+    """Return a node and all nodes inside it, outer ones first."""
     found: list[Node] = []
     waiting = [node]
     while waiting:
         one = waiting.pop()
         found.append(one)  # type: ignore[arg-type]
-        inner = children(one)
-        inner.reverse()
-        waiting += inner
+        waiting += reversed(children(one))
     return found
 
 
 def moved(node: Any, by: int) -> Any:
-    """A copy of a node, with all inside it, so many letters further on in its text."""
-    copy = _NEW(node.__class__)
-    for read, write, held in _SLOTS.get(node.__class__) or _slots(node.__class__):
-        value = read(node)
-        if held == "span":
-            start, end = value
-            if end:  # What is nowhere, as a name that was left out, stays so.
-                value = _NEW_TUPLE(Span, (start + by, end + by))
-        elif held == "one":
-            if value is not None:
-                value = moved(value, by)
-        elif held == "many":
+    """Return a copy of a node, with all inside it, so many letters further on in its text."""
+    values = []
+    for name, holds in _fields(node.__class__):
+        value = getattr(node, name)
+        # What is nowhere, as a name that was left out, stays so.
+        if holds == "span" and value.end:
+            value = Span(value.start + by, value.end + by)
+        elif holds == "one" and value is not None:
+            value = moved(value, by)
+        elif holds == "many":
             value = tuple([moved(one, by) for one in value])
-        write(copy, value)
-    return copy
+        values.append(value)
+    return node.__class__(*values)
 
 
-_NEW, _NEW_TUPLE = object.__new__, tuple.__new__  # Twice as fast as the calls that check.
-
-
-def _slots(kind: Any) -> tuple[tuple[_Read, _Write, str], ...]:
-    """How each field is read and, in a new copy of a frozen node, written, and what it holds.
+def _fields(kind: Any) -> tuple[tuple[str, str], ...]:
+    """Return the fields of a kind of node, and what each holds.
 
     That is its `span`, a `leaf` without a place, `one` node or None, or `many` nodes.
     """
-    found = []
-    for field in fields(kind):
-        slot = kind.__dict__[field.name]
-        annotation = str(field.type).strip("\"'")
-        if field.name in ("span", "source"):
-            held = field.name
-        elif annotation.startswith("tuple"):
-            held = "many"
-        else:
-            kinds = get_args(field.type) or (field.type,)
-            held = "leaf" if _LEAVES.issuperset(kinds) else "one"
-        found.append((slot.__get__, slot.__set__, held))
-    return _SLOTS.setdefault(kind, tuple(found))
+    found = _FIELDS.get(kind)
+    if found is None:
+        found = tuple((field.name, _holding(field)) for field in fields(kind))
+        _FIELDS[kind] = found
+    return found
+
+
+def _holding(field: "Field[Any]") -> str:
+    if field.name == "span":
+        return "span"
+    if str(field.type).strip("\"'").startswith("tuple"):
+        return "many"
+    kinds = get_args(field.type) or (field.type,)
+    return "leaf" if field.name == "source" or _LEAVES.issuperset(kinds) else "one"

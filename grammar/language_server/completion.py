@@ -223,7 +223,7 @@ class _Completer:
             return True
         declares = tokens[1:2] if texts[:1] == ("optional",) else tokens[:1]
         return "where" not in texts and any(
-            token.text in _KIND_WORDS or token.kind == "piece" for token in declares
+            token.text in _KIND_WORDS or token.text in PIECE_WORDS for token in declares
         )
 
     def _wants_parts(self) -> bool:

@@ -5,7 +5,7 @@ open, after a word or sign that cannot end one, and where the next line begins w
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -55,10 +55,7 @@ _LABEL = re.compile(r"[^\W\d]\w*[ \t]*:")
 
 
 class Token(NamedTuple):
-    """A word, number, string, comment or sign: its kind, text and place.
-
-    The kind of a word for pieces that stands for one is `piece`.
-    """
+    """A word, number, string, comment or sign: its kind, text and place."""
 
     kind: str
     text: str
@@ -135,7 +132,6 @@ class _Lines:
         self.faults: list[Fault] = []
         self._tokens: list[Token] = []
         self._open: list[Token] = []
-        self._pieces: list[int] = []
         self._whole = True
 
     def take(self, piece: Span) -> None:
@@ -156,8 +152,6 @@ class _Lines:
             if fresh_line and self._tokens and not self._goes_on(token):
                 self._end_statement()
             line_is_empty = fresh_line = False
-            if text in PIECE_WORDS:
-                self._pieces.append(len(self._tokens))
             self._tokens.append(token)
             if kind in ("string", "curly", "comma") or text in _BRACKETS:
                 self._check(token)
@@ -218,11 +212,8 @@ class _Lines:
             return
         if self._open:
             self._fault("bracket", "this bracket is not closed", self._open[-1], "")
-        for at in self._pieces:
-            if _names_pieces(self._tokens, at):
-                self._tokens[at] = self._tokens[at]._replace(kind="piece")
         self.statements.append(Statement(tuple(self._tokens), self._whole))
-        self._tokens, self._open, self._pieces, self._whole = [], [], [], True
+        self._tokens, self._open, self._whole = [], [], True
 
     def _fault(self, code: str, message: str, token: Token, hint: str, *fixes: Fix) -> None:
         self._whole = False
@@ -244,22 +235,3 @@ def _closed(token: Token) -> Iterator[Fix]:
     if places:
         at = token.start + places[-1]
         yield Fix('close it with `"`', (Edit(Span(at, at + 1), '"'),), sure=len(places) == 1)
-
-
-def _names_pieces(tokens: Sequence[Token], at: int) -> bool:
-    """Whether the word for pieces there stands for one: as the terminal PIECE of model.lark.
-
-    It begins a statement, or stands after `optional` or `each`; names follow, and then `where`, a
-    reason, `:` or nothing.
-    """
-    if at and tokens[at - 1].text not in ("optional", "each"):
-        return False
-    at += 1
-    while at < len(tokens) and tokens[at].kind == "word":
-        at += 1
-        if at == len(tokens) or tokens[at].text in ("where", ":") or tokens[at].kind == "string":
-            return True
-        if tokens[at].text != ",":
-            return False
-        at += 1
-    return False
