@@ -4,6 +4,7 @@ Names are not looked up yet: a `Reference` may be a part, a constant or a name t
 One ladder of expressions serves conditions and measures; check.py says which is which.
 """
 
+import math
 from dataclasses import Field, dataclass, fields
 from enum import StrEnum
 from typing import Any, TypeAlias, get_args
@@ -204,17 +205,18 @@ class Count:
     span: Span
 
     @property
-    def any_number(self) -> bool:
-        """Whether there may be none, or as many as there are."""
-        open_above = self.kind in (CountKind.AT_LEAST, CountKind.ANY)
-        return open_above and self.least == 0
-
-    @property
     def least(self) -> float:
         """The fewest members there may be: a whole number wherever the text has no fault."""
         if self.low is None or self.kind is CountKind.AT_MOST:
             return 0.0
         return float(self.low.text)
+
+    @property
+    def most(self) -> float:
+        """The greatest number of members there may be."""
+        if self.high is None or self.kind in (CountKind.AT_LEAST, CountKind.ANY):
+            return math.inf
+        return float(self.high.text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """Models: names that are free, parts that can be, and every statement's expressions."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -173,7 +174,7 @@ class _ModelChecker(ConditionChecker):
             return False
         if isinstance(symbol, SetSymbol):
             count = symbol.owned.node.count
-            return count is not None and not count.any_number
+            return count is not None and (count.least > 0 or count.most < math.inf)
         stated = self.scope.where(symbol) is not None
         return stated or bool(symbol.model) or symbol.kinds == OPENING
 

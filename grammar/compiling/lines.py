@@ -12,7 +12,6 @@ from facetlog.grammar.compiling.writer import (
     SetShape,
     all_of,
     conjunction,
-    count_numbers,
     elements_goal,
     state_only,
 )
@@ -125,8 +124,9 @@ def _demanded(
 ) -> Term:
     """The test that a part is what its statement says, or a set has so many members."""
     if part.count is not None:
-        low, high = count_numbers(part.count)
-        return NOTHING if part.optional else writer.number_of(shapes[name], low, high)
+        if part.optional:
+            return NOTHING
+        return writer.number_of(shapes[name], part.count.least, part.count.most)
     symbol = scope.symbols[name]
     assert isinstance(symbol, PartSymbol)  # noqa: S101  it has no count
     tests: list[Term] = []

@@ -19,7 +19,6 @@ from facetlog.grammar.compiling.writer import (
     amount,
     amount_test,
     conjunction,
-    count_numbers,
     elements_goal,
     is_number,
     scaled,
@@ -270,7 +269,7 @@ class Writer(MeasureWriter):
         return Struct(functor, (*patterns, members, body))
 
     def _there(self, node: s.There) -> Term:
-        low, high = count_numbers(node.count) if node.count else (1.0, math.inf)
+        low, high = (node.count.least, node.count.most) if node.count else (1.0, math.inf)
         demanded = self.scope.demanded(node, node.name)
         first = self.scope.symbols.get(node.of[0].text) if node.of else None
         among = frozenset[Kind]()

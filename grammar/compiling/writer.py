@@ -445,21 +445,6 @@ _NO_MORE: Mapping[Kinds, Struct] = {
 is a piece."""
 
 
-def count_numbers(count: s.Count) -> tuple[float, float]:
-    """The least and the greatest number that a count allows."""
-    low = float(count.low.text) if count.low else 0.0
-    high = float(count.high.text) if count.high else math.inf
-    match count.kind:
-        case s.CountKind.AT_LEAST:
-            return low, math.inf
-        case s.CountKind.AT_MOST:
-            return -math.inf, high
-        case s.CountKind.ANY:
-            return -math.inf, math.inf
-        case _:
-            return low, high
-
-
 def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
     """The test that one was found `among` all of such kinds that a thing has, or that none was.
 

@@ -85,17 +85,8 @@ class Occurrences:
         return tuple(one for one in self.every if one.sure and one.symbol == symbol)
 
 
-@dataclass(frozen=True, slots=True)
-class Names:
-    """The homes of names, by what they stand for."""
-
-    parts: Mapping[str, Home]
-    constants: Mapping[str, Home]
-    definitions: Mapping[str, Home]
-    lines: Mapping[str, Home]
-
-
-_NONE = Names({}, {}, {}, {})
+Names = Mapping[tuple[SymbolKind, str], Home]
+"""Where names are given, by what they stand for."""
 
 
 class Homes:
@@ -106,16 +97,10 @@ class Homes:
         self._names: dict[str, Names] = {}
 
     def before_models(self, file: s.File) -> Names:
-        """The constants and definitions that stand before the first model of a file."""
-        path = Path(file.source.name)
-        constants: dict[str, Home] = {}
-        definitions: dict[str, Home] = {}
-        for statement in file.statements:
-            if isinstance(statement, s.Let):
-                constants.setdefault(statement.name.text, Home(path, statement.name.span))
-            elif isinstance(statement, s.Define):
-                definitions.setdefault(statement.name.text, Home(path, statement.name.span))
-        return Names({}, constants, definitions, {})
+        """Return the constants and definitions that stand before the first model of a file."""
+        found: dict[tuple[SymbolKind, str], Home] = {}
+        _add_names(file.statements, Path(file.source.name), found)
+        return found
 
     def in_model(self, name: str) -> Names:
         """The names of a model; what an ancestor named first is at home there."""
@@ -127,7 +112,7 @@ class Homes:
             at = "" if parent is None else parent.text
         for one in reversed(descent):
             self._names[one] = self._of(one)
-        return self._names.get(name, _NONE)
+        return self._names.get(name, {})
 
     def of_model(self, name: str) -> Home | None:
         """Where a model begins."""
@@ -149,27 +134,31 @@ class Homes:
 
     def _of(self, name: str) -> Names:
         flat = self.analysis.all_models[name]
-        path = Path(flat.source.name)
         parent = flat.written.parent
-        above = _NONE if parent is None else self._names.get(parent.text, _NONE)
-        before = self.before_models(flat.file)
-        parts, lines = dict(above.parts), dict(above.lines)
-        constants = {**before.constants, **above.constants}
-        definitions = {**before.definitions, **above.definitions}
-        for statement in flat.written.statements:
-            match statement:
-                case s.Part(names=names):
-                    for part in names:
-                        parts.setdefault(part.text, Home(path, part.span))
-                case s.Let(name=given):
-                    constants.setdefault(given.text, Home(path, given.span))
-                case s.Define(name=given):
-                    definitions.setdefault(given.text, Home(path, given.span))
-                case s.Line(label=label) if label is not None:
-                    lines.setdefault(label.text, Home(path, label.span))
-                case _:
-                    pass
-        return Names(parts, constants, definitions, lines)
+        above = {} if parent is None else self._names.get(parent.text, {})
+        found = {**self.before_models(flat.file), **above}
+        _add_names(flat.written.statements, Path(flat.source.name), found)
+        return found
+
+
+def _add_names(
+    statements: Iterable[s.Statement], path: Path, found: dict[tuple[SymbolKind, str], Home]
+) -> None:
+    """Add the names that statements give, but for those that are given already."""
+    for statement in statements:
+        match statement:
+            case s.Part(names=names):
+                kind, given = SymbolKind.PART, names
+            case s.Let(name=name):
+                kind, given = SymbolKind.CONSTANT, (name,)
+            case s.Define(name=name):
+                kind, given = SymbolKind.DEFINITION, (name,)
+            case s.Line(label=s.Name() as label):
+                kind, given = SymbolKind.LINE, (label,)
+            case _:
+                continue
+        for name in given:
+            found.setdefault((kind, name.text), Home(path, name.span))
 
 
 # What `each`, `there` and parameters bring by name: the symbol, and the model if it is an object.
@@ -254,18 +243,17 @@ class _Finder:
                 file = Home(self.path.parent / path.value, NOWHERE)
                 self._add(SymbolKind.FILE, s.Name(path.value, inside), file)
             case s.Let():
-                self._add(SymbolKind.CONSTANT, node.name, self.names.constants.get(node.name.text))
+                self._add_known(node.name, SymbolKind.CONSTANT)
                 self._expression(node.value, {})
             case s.Define():
-                home = self.names.definitions.get(node.name.text)
-                self._add(SymbolKind.DEFINITION, node.name, home)
+                self._add_known(node.name, SymbolKind.DEFINITION)
                 brought = {p.text: (self._local(p), "") for p in node.parameters}
                 self._expression(node.body, brought)
             case s.Part():
                 self._part(node)
             case s.Line():
                 if node.label is not None:
-                    self._add(SymbolKind.LINE, node.label, self.names.lines.get(node.label.text))
+                    self._add_known(node.label, SymbolKind.LINE)
                 self._expression(node.condition, {})
             case s.Drop():
                 self._lines(node.labels)
@@ -279,17 +267,14 @@ class _Finder:
     def _part(self, node: s.Part) -> None:
         self._kind(node.kind)
         for name in node.names:
-            self._add(SymbolKind.PART, name, self.names.parts.get(name.text))
+            self._add_known(name, SymbolKind.PART)
         if node.where is not None:
             self._expression(node.where, {})
 
     def _lines(self, labels: Iterable[s.Name]) -> None:
         """Labels after `drop` and `because`; the latter may also name sets by their counts."""
         for label in labels:
-            if label.text in self.names.lines:
-                self._add(SymbolKind.LINE, label, self.names.lines[label.text])
-            elif label.text in self.names.parts:
-                self._add(SymbolKind.PART, label, self.names.parts[label.text])
+            self._add_known(label, SymbolKind.LINE, SymbolKind.PART)
 
     def _scene(self, scene: s.SceneFile | s.SceneBuilt) -> None:
         if isinstance(scene, s.SceneBuilt):
@@ -368,33 +353,39 @@ class _Finder:
         symbol = Symbol(kind, text, home, self.model)
         self.found.append(Occurrence(symbol, span, plural, self.sure))
 
+    def _add_known(self, name: s.Name, *kinds: SymbolKind) -> bool:
+        """Add a name as the first of some kinds that it is known as."""
+        for kind in kinds:
+            home = self.names.get((kind, name.text))
+            if home is not None:
+                self._add(kind, name, home)
+                return True
+        return False
+
     def _local(self, name: s.Name) -> Symbol:
         self._add(SymbolKind.LOCAL, name, Home(self.path, name.span))
         return self.found[-1].symbol
 
     def _value(self, name: s.Name, brought: Locals) -> None:
         """A part, a set, a constant, or what `each`, `there` or a definition brings."""
-        known: Names = self.names
         if name.text in brought:
             self._add(SymbolKind.LOCAL, name, brought[name.text][0].home)
-        elif name.text in known.parts:
-            self._add(SymbolKind.PART, name, known.parts[name.text])
-        elif name.text in known.constants:
-            self._add(SymbolKind.CONSTANT, name, known.constants[name.text])
+        else:
+            self._add_known(name, SymbolKind.PART, SymbolKind.CONSTANT)
 
     def _member(self, node: s.Member, brought: Locals) -> None:
         self._value(node.owner, brought)
         model = self._object(node.owner.text, brought)
-        home = self.homes.in_model(model).parts.get(node.part.text)
+        home = self.homes.in_model(model).get((SymbolKind.PART, node.part.text))
         if home is not None:
             symbol = Symbol(SymbolKind.PART, node.part.text, home, model)
             self.found.append(Occurrence(symbol, node.part.span))
 
     def _said(self, name: s.Name) -> None:
         """A definition, a word of the vocabulary, or a model."""
-        if name.text in self.names.definitions:
-            self._add(SymbolKind.DEFINITION, name, self.names.definitions[name.text])
-        elif name.text in self.analysis.words:
+        if self._add_known(name, SymbolKind.DEFINITION):
+            return
+        if name.text in self.analysis.words:
             self._add(SymbolKind.WORD, name, self.homes.of_word(name.text))
         else:
             self._model(name)

@@ -462,13 +462,7 @@ def _to_sum(value: Constant | None) -> Linear:
 
 def _set_size(symbol: object) -> Interval:
     """Return how many members a set must have for its model to hold."""
-    if not isinstance(symbol, SetSymbol) or symbol.owned.node.optional:
+    count = symbol.owned.node.count if isinstance(symbol, SetSymbol) else None
+    if not isinstance(symbol, SetSymbol) or count is None or symbol.owned.node.optional:
         return 0.0, math.inf
-    count = symbol.owned.node.count
-    if count is None or count.kind is s.CountKind.ANY:
-        return 0.0, math.inf
-    low = float(count.low.text) if count.low and count.kind is not s.CountKind.AT_MOST else 0.0
-    high = math.inf
-    if count.high and count.kind is not s.CountKind.AT_LEAST:
-        high = float(count.high.text)
-    return low, high
+    return count.least, count.most
