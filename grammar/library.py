@@ -1,8 +1,6 @@
 """A model file and the files that it uses."""
 
-import re
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -11,7 +9,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.reading.parse import LARGEST, parse
-from facetlog.grammar.source import NOWHERE, Source, Span
+from facetlog.grammar.source import NOWHERE, Source
 from facetlog.regular_file import read_regular
 
 BUILTIN = Path(__file__).resolve().parent.parent / "rules"
@@ -121,12 +119,11 @@ def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     """The names of these models, and others: parents, kinds of parts, properties."""
     if not models:
         return
-    places = _Places(file, models)
     for model in file.models:
         if model.parent is not None:
             yield model.parent.text
         yield from (other.text for other in model.rather_than)
-        named = (x for x in model.statements if isinstance(x, _ASKING) and places.touch(x.span))
+        named = (x for x in model.statements if isinstance(x, _ASKING))
         for node in (inner for one in named for inner in s.walk(one)):
             if isinstance(node, s.Part | s.There):
                 yield node.kind.text
@@ -137,19 +134,6 @@ def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
 
 _ASKING = (s.Part, s.Line, s.Define)
 """Statements that can ask about a model; examples name what they build."""
-
-
-class _Places:
-    """Where the names of some models stand in a file, in the singular or the plural."""
-
-    def __init__(self, file: s.File, models: Iterable[str]) -> None:
-        words = re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(models)))})s?\b")
-        self._starts = [match.start() for match in words.finditer(file.source.text)]
-
-    def touch(self, span: Span) -> bool:
-        """Whether one stands in a piece of the text."""
-        at = bisect_left(self._starts, span.start)
-        return at < len(self._starts) and self._starts[at] < span.end
 
 
 def _why(error: Exception) -> str:

@@ -4,8 +4,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.measures import MeasureChecker, Names
-from facetlog.grammar.checking.types import CONDITION, EVERY, Element, Type, unit_hint
+from facetlog.grammar.checking.measures import (
+    CONDITION,
+    EVERY,
+    Element,
+    MeasureChecker,
+    Names,
+    Type,
+    unit_hint,
+)
 from facetlog.grammar.constants import constant
 from facetlog.grammar.faults import missing_unit, respelling, said, swap
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
@@ -49,8 +56,10 @@ class ConditionChecker(MeasureChecker):
                 return self._reference(name, names)
             case s.Member():
                 return self._member(node, names)
-            case s.Call():
-                return self._call(node, names)
+            case s.Call(s.Name("count")):
+                return self._count_of(node, names)
+            case s.Call(name, arguments):
+                return self._applied(name, arguments, node, names)
             case s.Arithmetic():
                 return self._arithmetic(node, names)
             case s.Negative(operand):

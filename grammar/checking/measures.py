@@ -3,16 +3,61 @@
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.types import CONDITION, DIMENSIONS, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import combined_dimension, constant, quantity
 from facetlog.grammar.faults import Fault, Fix, missing_unit, respelling, said
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
 from facetlog.grammar.units import UNITS, Dimension
-from facetlog.grammar.vocabulary import THING, Kinds, Word
+from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """The type of what holds or fails."""
+
+    def __str__(self) -> str:
+        return "a condition"
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """The type of what is a face, an edge, a vertex or a thing."""
+
+    kinds: Kinds
+    model: str = ""
+
+    def __str__(self) -> str:
+        names = sorted(self.kinds)
+        return " or ".join(("an " if n[0] in "aeiou" else "a ") + n for n in names)
+
+
+CONDITION = Condition()
+Type: TypeAlias = Condition | Element | Dimension
+
+DIMENSIONS = {
+    Gives.ANGLE: Dimension.ANGLE,
+    Gives.LENGTH: Dimension.LENGTH,
+    Gives.AREA: Dimension.AREA,
+    Gives.RATIO: Dimension.NUMBER,
+    Gives.COUNT: Dimension.NUMBER,
+}
+
+EVERY = frozenset(Kind)
+"""What the parameter of a definition may be, as long as nobody names it."""
+
+
+def unit_hint(left: Dimension, right: Dimension) -> str:
+    if Dimension.NUMBER not in (left, right):
+        return ""
+    other = left if right is Dimension.NUMBER else right
+    example = {Dimension.LENGTH: "40 cm", Dimension.AREA: "2 m2", Dimension.ANGLE: "15 deg"}
+    share = ", or a share: `50 % of ...`" if other is not Dimension.ANGLE else ""
+    return f"write a unit: `{example[other]}`{share}"
+
 
 Names = Mapping[str, Symbol]
 """What `each`, `there` and parameters bring."""
@@ -71,7 +116,7 @@ class MeasureChecker(ABC):
         if isinstance(found, SetSymbol):
             self.fault(
                 "set",
-                f"`{name}` is several {_several(found)}",
+                f"`{name}` is several {found.owned.node.kind}",
                 name,
                 f"write `each {name}: ...`, `count({name})` or `lowest of ...({name})`",
             )
@@ -102,16 +147,14 @@ class MeasureChecker(ABC):
             )
             return
         known = {*names, *self.scope.symbols, *self.scope.lets}
+        unit = f"write a number before the unit: `15 {name}`" if name.text in UNITS else ""
         self.fault(
             "unknown-name",
             f"nothing here is called `{name}`",
             name,
-            said(name.text, known) or self._as_unit(name) or SPOKEN_WORDS.get(name.text, ""),
+            said(name.text, known) or unit or SPOKEN_WORDS.get(name.text, ""),
             respelling(name, known),
         )
-
-    def _as_unit(self, name: s.Name) -> str:
-        return f"write a number before the unit: `15 {name}`" if name.text in UNITS else ""
 
     def _member(self, node: s.Member, names: Names) -> Type | None:
         owner = self._symbol(node.owner, names)
@@ -136,11 +179,6 @@ class MeasureChecker(ABC):
             self.fault("member", message, node.part, hint, respelling(node.part, roles))
             return None
         return Element(roles[node.part.text])
-
-    def _call(self, node: s.Call, names: Names) -> Type | None:
-        if node.name.text == "count":
-            return self._count_of(node, names)
-        return self._applied(node.name, node.arguments, node, names)
 
     def _count_of(self, node: s.Call, names: Names) -> Type | None:
         match node.arguments:
@@ -290,15 +328,14 @@ class MeasureChecker(ABC):
         if inner.faults:
             fault = inner.faults[0]
             line = own.line_and_column(fault.span.start)[0]
-            if own is not self.source or not self._told(fault):
+            if own is not self.source or (fault.span, fault.code) not in {
+                (f.span, f.code) for f in self.faults
+            }:
                 message = f"`{name}` cannot be said of this: {fault.message}"
                 self.fault(fault.code, message, node, f"see line {line} of {own.name}")
             found = None
         self.known[key] = found
         return found
-
-    def _told(self, fault: Fault) -> bool:
-        return any(f.span == fault.span and f.code == fault.code for f in self.faults)
 
     def _arithmetic(self, node: s.Arithmetic, names: Names) -> Type | None:
         left, right = self.measure(node.left, names), self.measure(node.right, names)
@@ -342,10 +379,6 @@ class MeasureChecker(ABC):
                 self.fault("kind", "gaps are between things", node.operand)
             return Dimension.LENGTH
         return self.measure(node.operand, inside)
-
-
-def _several(symbol: SetSymbol) -> str:
-    return f"{symbol.owned.node.kind}"
 
 
 def _sets_in(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:

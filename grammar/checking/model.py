@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.conditions import ConditionChecker
-from facetlog.grammar.checking.types import EVERY
+from facetlog.grammar.checking.measures import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, respelling, said
@@ -14,15 +14,11 @@ from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
-from facetlog.grammar.source import Span
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
 
 LARGEST = 3000
 """Words of one condition, with those of the definitions that it names."""
-
-WRITTEN = 60
-"""Expressions within expressions of one statement as it is written (`parse.DEEPEST`)."""
 
 DEEPEST = 80
 """Expressions within expressions, those of definitions counted where they are named."""
@@ -38,28 +34,14 @@ class Extents:
     defines: Mapping[str, Owned[s.Define]]
     known: dict[str, tuple[int, int]] = field(default_factory=dict)
 
-    def too_much(self, node: s.Expression, statement: Span) -> str:
-        """What is too much about an expression, or nothing; `statement` is that it stands in."""
-        if self._surely_little(statement.end - statement.start):
-            return ""
+    def too_much(self, node: s.Expression) -> str:
+        """Say what is too much about an expression; empty if nothing is."""
         size, depth = self.of(node, ())
         if size > LARGEST:
             return f"it comes to more than {LARGEST} words, those of its definitions included"
         if depth > DEEPEST:
             return f"it is more than {DEEPEST} expressions deep, those of its definitions included"
         return ""
-
-    def _surely_little(self, letters: int) -> bool:
-        """Whether a statement of so many letters cannot be too much, whatever it names.
-
-        A letter is three nodes at most (a part alone is a name, a reference and a property's
-        subject), a call takes three letters, and no statement is deeper than it may be written.
-        """
-        for name in self.defines:
-            self._of_definition(name, ())
-        size = max((size for size, _ in self.known.values()), default=0)
-        depth = max((depth for _, depth in self.known.values()), default=0)
-        return 3 * letters + letters // 3 * size <= LARGEST and WRITTEN + depth <= DEEPEST
 
     def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
         """Size and depth of an expression."""
@@ -313,7 +295,7 @@ class _ModelChecker(ConditionChecker):
             )
         if part.count is not None:
             self.whole_numbers(part.count)
-        if part.where is not None and not self._too_much(part.where, part.kind, part):
+        if part.where is not None and not self._too_much(part.where, part.kind):
             name = part.names[0].text
             self.condition(part.where, {name: Local(name, *kind)})
 
@@ -322,7 +304,7 @@ class _ModelChecker(ConditionChecker):
             weight = float(line.expect.split()[0])
             if weight > 100:
                 self.fault("weight", f"a weight of {line.expect} is more than all", line.condition)
-        if not self._too_much(line.condition, line.condition, line):
+        if not self._too_much(line.condition, line.condition):
             self.condition(line.condition, {})
 
     def _let(self, let: s.Let) -> None:
@@ -349,14 +331,14 @@ class _ModelChecker(ConditionChecker):
                 return
         self._no_shadow(define.parameters, {})
         unknown = {name: Local(name, EVERY) for name in names}
-        if not self._too_much(define.body, define.name, define):
+        if not self._too_much(define.body, define.name):
             self.defining = (define.name.text,)
             self.type_of(define.body, unknown)
             self.defining = ()
 
-    def _too_much(self, node: s.Expression, where: s.Node, statement: s.Statement) -> bool:
+    def _too_much(self, node: s.Expression, where: s.Node) -> bool:
         """Reports a condition that is too large or too deep; nothing else is then said of it."""
-        why = self.extents.too_much(node, statement.span)
+        why = self.extents.too_much(node)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)
         return bool(why)

@@ -105,7 +105,8 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             yield code(statement_text(model.source, model.written.name.span.start))
             yield model_documentation(model)
         case SymbolKind.LOCAL:
-            yield f"named in this {'definition' if _in_definition(analysis, symbol) else 'line'}"
+            in_definition = _statement(analysis, symbol).startswith("define ")
+            yield f"named in this {'definition' if in_definition else 'line'}"
         case SymbolKind.FILE:
             return
         case _:
@@ -113,17 +114,11 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             yield _in_model(analysis, symbol)
 
 
-def _source(analysis: Analysis, symbol: Symbol) -> Source | None:
-    if symbol.home is None or symbol.home.path not in analysis.library.files:
-        return None
-    return analysis.library.files[symbol.home.path].source
-
-
 def _statement(analysis: Analysis, symbol: Symbol) -> str:
     """The statement that a symbol is named by."""
-    source = _source(analysis, symbol)
-    if source is None or symbol.home is None:
+    if symbol.home is None or symbol.home.path not in analysis.library.files:
         return symbol.name
+    source = analysis.library.files[symbol.home.path].source
     return statement_text(source, symbol.home.span.start)
 
 
@@ -151,7 +146,3 @@ def _in_model(analysis: Analysis, symbol: Symbol) -> str:
             if any(symbol.home.span.start in span for span in spans):
                 return f"of `{name}`"
     return ""
-
-
-def _in_definition(analysis: Analysis, symbol: Symbol) -> bool:
-    return _statement(analysis, symbol).startswith("define ")

@@ -126,7 +126,7 @@ def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
         end = max([model.span.end, *(x.span.end for x in model.statements)])
         if model.doc is not None:
             end = max(end, model.doc.span.end)
-        span = Span(_line_start(text, model.span.start), min(end, following))
+        span = Span(text.text.rfind("\n", 0, model.span.start) + 1, min(end, following))
         found.append(
             lsp.DocumentSymbol(
                 model.name.text,
@@ -138,10 +138,6 @@ def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
             )
         )
     return found
-
-
-def _line_start(text: EditorText, offset: int) -> int:
-    return text.text.rfind("\n", 0, offset) + 1
 
 
 def _symbols(statements: Iterable[s.Statement], text: EditorText) -> Iterator[lsp.DocumentSymbol]:

@@ -11,7 +11,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.types import DIMENSIONS
+from facetlog.grammar.checking.measures import DIMENSIONS
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.lint.claims import Atom, Claim, Claims, Linear, Origin, Place, in_short
 from facetlog.grammar.scope import THIS, PartSymbol, SetSymbol

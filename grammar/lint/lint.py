@@ -1,7 +1,6 @@
 """Lint: what never holds, contradicts, is said twice or is never used in models without errors."""
 
 import math
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
@@ -214,7 +213,7 @@ def lint(scopes: Mapping[str, Scope], main: s.File, faults: Iterable[Fault]) -> 
     error is left out, and what it might use is not said to be unused. Never raises, and is bounded
     in time whatever the models say.
     """
-    every = list(_iter_faults(scopes, main, _Errors(faults)))
+    every = list(_iter_faults(scopes, main, _Errors(faults, scopes)))
     # What stands in a definition is met in each model that uses it.
     found = list({(f.code, f.source, f.span): f for f in reversed(every)}.values())[::-1]
     found.sort(key=lambda f: (f.severity is not Severity.ERROR, f.span.start, f.span.end))
@@ -225,7 +224,7 @@ def _iter_faults(scopes: Mapping[str, Scope], main: s.File, errors: "_Errors") -
     checked: list[Claims] = []
     for scope in scopes.values():
         is_own = scope.model.file is main
-        sound = not errors.touch(scope, scopes)
+        sound = not errors.touch(scope)
         rest = scope if sound else errors.drop_faulty_lines(scope) if is_own else None
         claims = read_claims(rest, main, MOST_STEPS) if rest is not None else None
         if claims is None:
@@ -245,50 +244,45 @@ def _iter_faults(scopes: Mapping[str, Scope], main: s.File, errors: "_Errors") -
 class _Errors:
     """Where errors are, to know which models have one."""
 
-    def __init__(self, faults: Iterable[Fault]) -> None:
-        # A file's source and the place of the model in it; -1 for what stands before the first.
-        self._touched: set[tuple[int, int]] = set()
-        self._faults = [f for f in faults if f.severity is Severity.ERROR]
-        self._read: set[int] = set()
+    def __init__(self, faults: Iterable[Fault], scopes: Mapping[str, Scope]) -> None:
+        self._places = [(f.source, f.span.start) for f in faults if f.severity is Severity.ERROR]
+        self._faulty = {name for name, scope in scopes.items() if self._touch_text(scope.model)}
+        parents = {name: scope.model.written.parent for name, scope in scopes.items()}
+        heirs = self._faulty
+        while heirs:
+            heirs = {
+                name
+                for name, parent in parents.items()
+                if parent is not None
+                and (parent.text in self._faulty or parent.text not in scopes)
+                and name not in self._faulty
+            }
+            self._faulty |= heirs
 
-    def _has(self, file: s.File, number: int) -> bool:
-        if id(file) not in self._read:
-            self._read.add(id(file))
-            starts = [model.span.start for model in file.models]
-            for fault in self._faults:
-                if fault.source is file.source:
-                    at = bisect_right(starts, fault.span.start) - 1
-                    self._touched.add((id(file), at))
-        return (id(file), number) in self._touched
+    def touch(self, scope: Scope) -> bool:
+        """Whether a model, or one that it inherits from, has an error."""
+        return scope.model.name in self._faulty
 
     def touch_head(self, file: s.File) -> bool:
         """Whether what stands before the first model of a file has an error."""
-        return self._has(file, -1)
+        first = file.models[0].span.start if file.models else len(file.source.text)
+        return any(source is file.source and at < first for source, at in self._places)
+
+    def _touch_text(self, model: FlatModel) -> bool:
+        start = model.written.span.start
+        following = (m.span.start for m in model.file.models if m.span.start > start)
+        end = min(following, default=len(model.source.text) + 1)
+        return self.touch_head(model.file) or any(
+            source is model.source and start <= at < end for source, at in self._places
+        )
 
     def drop_faulty_lines(self, scope: Scope) -> Scope | None:
         """Return a model without its lines that have an error; None if it has other errors."""
         model = scope.model
-        starts = [f.span.start for f in self._faults if f.source is model.source]
+        starts = [at for source, at in self._places if source is model.source]
         statements = (model.written, *model.written.statements)
         bad = [x for x in statements if any(start in x.span for start in starts)]
         if not bad or model.written.parent or any(not isinstance(x, s.Line) for x in bad):
             return None
         lines = tuple((label, x) for label, x in model.lines if x.node not in bad)
         return replace(scope, model=replace(model, lines=lines))
-
-    def touch(self, scope: Scope, scopes: Mapping[str, Scope]) -> bool:
-        """Whether a model, or one that it inherits from, has an error."""
-        seen: set[str] = set()
-        at: Scope | None = scope
-        while at is not None and at.model.name not in seen:
-            model = at.model
-            seen.add(model.name)
-            if self.touch_head(model.file) or self._has(
-                model.file, model.file.models.index(model.written)
-            ):
-                return True
-            parent = model.written.parent
-            if parent is None:
-                return False
-            at = scopes.get(parent.text)
-        return at is None

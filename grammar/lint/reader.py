@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from itertools import combinations
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.types import DIMENSIONS
+from facetlog.grammar.checking.measures import DIMENSIONS
 from facetlog.grammar.constants import Constant, combined_dimension, constant, quantity
 from facetlog.grammar.fading import ABOUT
 from facetlog.grammar.lint.claims import (

@@ -192,11 +192,6 @@ def test_that_one_is_a_board_is_a_condition_of_each() -> None:
     assert "board(B)) " in text or "board(B))." in text
 
 
-def test_a_board_is_implied_by_no_bar() -> None:
-    text = "model one\n  board a\n  a is level\nmodel two\n  bar a\n  a is level\n"
-    assert not [f for f in _analysis(text).faults if "impli" in f.code]
-
-
 @pytest.mark.parametrize(
     ("before", "there", "missing"),
     [
