@@ -109,7 +109,7 @@ def is_slip(word: str, meant: str) -> bool:
     >>> is_slip("titl", "tilt"), is_slip("angel", "angle")
     (True, True)
     """
-    if any(word == _swapped(meant, at) for at in range(len(meant) - 1)):
+    if any(word == _swap_letters(meant, at) for at in range(len(meant) - 1)):
         return not any(map(str.isdigit, word))
     if [c for c in word if c.isdigit()] != [c for c in meant if c.isdigit()]:
         return False
@@ -120,7 +120,7 @@ def is_slip(word: str, meant: str) -> bool:
     return alike(word, meant) >= SURELY_ALIKE
 
 
-def _swapped(word: str, at: int) -> str:
+def _swap_letters(word: str, at: int) -> str:
     return f"{word[:at]}{word[at + 1]}{word[at]}{word[at + 2 :]}"
 
 

@@ -49,10 +49,10 @@ def one_line(tokens: Sequence[Token]) -> str:
     >>> one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
     'angle(a, b) = 90 deg ± -5 %'
     """
-    return "".join(gap + token.text for gap, token in zip(_gaps(tokens), tokens, strict=True))
+    return "".join(gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True))
 
 
-def _gaps(tokens: Sequence[Token]) -> Iterator[str]:
+def _iter_gaps(tokens: Sequence[Token]) -> Iterator[str]:
     """What stands before each token."""
     before: Token | None = None
     leads = False
@@ -96,11 +96,11 @@ def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
     Each line ends at the loosest comma, `or` or `and` that it has room for, the last one of these.
     `tail` stands behind the last token.
     """
-    pieces = [gap + token.text for gap, token in zip(_gaps(tokens), tokens, strict=True)]
+    pieces = [gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True)]
     places = [0]
     for piece in pieces:
         places.append(places[-1] + len(piece))
-    breaks = list(_breaks(tokens))
+    breaks = list(_iter_breaks(tokens))
     start, at, indent = 0, 0, ""
     while True:
         left = places[-1] - places[start] + len(tail)
@@ -118,7 +118,7 @@ def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
     yield indent + "".join(pieces[start:]).strip() + tail
 
 
-def _breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
+def _iter_breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
     """The places where a line may end and the statement go on: after commas, before `and`, `or`."""
     # Of each bracket that is open: the `between`s whose `and` is still to come.
     pending = [0]
@@ -134,18 +134,18 @@ def _breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
             pending[-1] -= 1
         elif token.text in ("and", "or") and i > 0:
             yield _Break(i, (depth, _AND if token.text == "and" else _OR))
-        elif token.text == "," and _goes_on_at(tokens, i + 1):
-            yield _Break(i + 1, (depth, _TIGHT if _joins_names(tokens, i) else _COMMA))
+        elif token.text == "," and _can_start_line(tokens, i + 1):
+            yield _Break(i + 1, (depth, _TIGHT if _is_name_list(tokens, i) else _COMMA))
 
 
-def _goes_on_at(tokens: Sequence[Token], i: int) -> bool:
+def _can_start_line(tokens: Sequence[Token], i: int) -> bool:
     """Whether a line may begin with this token: not if it would begin a statement."""
     if i + 1 >= len(tokens):
         return i < len(tokens) and tokens[i].text not in STATEMENT_WORDS
     return tokens[i].text not in STATEMENT_WORDS and tokens[i + 1].text != ":"
 
 
-def _joins_names(tokens: Sequence[Token], comma: int) -> bool:
+def _is_name_list(tokens: Sequence[Token], comma: int) -> bool:
     """Whether a comma stands in a list of names before `:`, `of` or `where`."""
     i = comma
     while i + 2 < len(tokens) and tokens[i].text == "," and tokens[i + 1].kind == "word":
@@ -191,7 +191,7 @@ def formatted(source: Source) -> str:
     line_end = "\r\n" if source.text[max(first_end - 1, 0) : first_end] == "\r" else "\n"
     plain = Source(source.name, _CARRIAGE_RETURNS.sub("", source.text))
     lines: list[str] = []
-    for block in _aligned(list(_blocks(plain))):
+    for block in _align(list(_iter_blocks(plain))):
         if lines and (block.apart or block.blank_before):
             lines.append("")
         lines.extend(block.whole_lines())
@@ -235,22 +235,22 @@ class _Block:
         yield self.indent + APART.join(text for text in ends if text)
 
 
-def _aligned(blocks: Sequence[_Block]) -> Iterator[_Block]:
+def _align(blocks: Sequence[_Block]) -> Iterator[_Block]:
     """The blocks, with the reasons of each run of lines in one column if all of them fit."""
     run: list[_Block] = []
     for block in blocks:
         joins = block.reason and not block.blank_before and not block.apart
         if run and not (joins and block.indent == run[0].indent):
-            yield from _in_column(run)
+            yield from _align_run(run)
             run = []
         if block.reason:
             run.append(block)
         else:
             yield block
-    yield from _in_column(run)
+    yield from _align_run(run)
 
 
-def _in_column(run: Sequence[_Block]) -> Iterable[_Block]:
+def _align_run(run: Sequence[_Block]) -> Iterable[_Block]:
     if not run:
         return run
     column = max(len(block.lines[0]) for block in run)
@@ -263,7 +263,7 @@ def _in_column(run: Sequence[_Block]) -> Iterable[_Block]:
 # ------------------------------------------------------------------- blocks
 
 
-def _blocks(source: Source) -> Iterator[_Block]:
+def _iter_blocks(source: Source) -> Iterator[_Block]:
     layout = laid_out(source)
     readable = Readable(parse(source).file)
     comments = list(layout.comments)
@@ -274,12 +274,12 @@ def _blocks(source: Source) -> Iterator[_Block]:
             at += 1
         between = comments[first:at]
         own_from = at
-        while at < len(comments) and _belongs(source, comments[at], statement):
+        while at < len(comments) and _is_at(source, comments[at], statement):
             at += 1
         own = comments[own_from:at]
         opens = statement.tokens[0].text == "model"
         begun = False
-        for block in _comments(source, between, end, inside, before_model=opens):
+        for block in _iter_comments(source, between, end, inside, before_model=opens):
             yield block
             begun = begun or block.apart
         if between:
@@ -288,25 +288,25 @@ def _blocks(source: Source) -> Iterator[_Block]:
         apart = opens and not begun and (inside or not between)
         inside = inside or opens
         indent = INDENT if inside and not opens else ""
-        blank = _blank(source, end, statement.span.start)
-        block = _statement(source, statement, own, indent, readable.has(statement.span))
+        blank = _has_blank(source, end, statement.span.start)
+        block = _format_statement(source, statement, own, indent, readable.has(statement.span))
         yield replace(block, blank_before=blank, apart=apart)
         end = max(statement.span.end, own[-1].span.end if own else 0)
-    yield from _comments(source, comments[at:], end, inside, before_model=True)
+    yield from _iter_comments(source, comments[at:], end, inside, before_model=True)
 
 
-def _belongs(source: Source, comment: s.Comment, statement: Statement) -> bool:
+def _is_at(source: Source, comment: s.Comment, statement: Statement) -> bool:
     """Whether a comment stands within a statement, or behind it on its last line."""
     end = statement.span.end
     return comment.span.start < end or "\n" not in source.text[end : comment.span.start]
 
 
-def _blank(source: Source, end: int, start: int) -> bool:
+def _has_blank(source: Source, end: int, start: int) -> bool:
     """Whether a line was left blank between two places."""
     return source.text.count("\n", end, start) > 1
 
 
-def _comments(
+def _iter_comments(
     source: Source, comments: Iterable[s.Comment], end: int, inside: bool, *, before_model: bool
 ) -> Iterator[_Block]:
     """Comments between statements.
@@ -319,12 +319,12 @@ def _comments(
         if inside and before_model:
             begins = source.line_and_column(comment.span.start)[1] == 1
             inside = not begins
-        blank = _blank(source, end, comment.span.start)
+        blank = _has_blank(source, end, comment.span.start)
         yield _Block((comment.text,), INDENT if inside else "", blank, apart=begins)
         end = comment.span.end
 
 
-def _statement(
+def _format_statement(
     source: Source,
     statement: Statement,
     comments: Sequence[s.Comment],

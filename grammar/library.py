@@ -64,13 +64,13 @@ class _Reader:
         while waiting:
             base = waiting.pop()
             for use in self.files[base].uses:
-                used = self._used(base, use)
+                used = self._read_used(base, use)
                 if used is not None:
                     waiting.append(used)
 
-    def _used(self, base: Path, use: s.Use) -> Path | None:
+    def _read_used(self, base: Path, use: s.Use) -> Path | None:
         """The path of a model file that is used here for the first time."""
-        path = _beside(base, use.path.value)
+        path = _resolve_path(base, use.path.value)
         if path in self.files or path in self.words:
             return None
         source = self.files[base].source
@@ -87,7 +87,11 @@ class _Reader:
         try:
             text = self.read(path)
         except (OSError, ValueError) as error:
-            why = "there is no such file" if isinstance(error, FileNotFoundError) else _why(error)
+            why = (
+                "there is no such file"
+                if isinstance(error, FileNotFoundError)
+                else _get_reason(error)
+            )
             self.faults.append(
                 Fault("use", f"`{use.path.value}` cannot be read: {why}", source, use.path.span)
             )
@@ -105,7 +109,7 @@ class _Reader:
             defined = {m.name.text for f in self.files.values() for m in f.models}
             defined |= {m for own in self.words.values() for m in own.models}
             free = builtin_names() - defined
-            named = {n for f in self.files.values() for n in _models_named(f, free)}
+            named = {n for f in self.files.values() for n in _iter_models_named(f, free)}
             missing = sorted(named & free)
             if not missing:
                 return
@@ -115,7 +119,7 @@ class _Reader:
                 self.follow(path)
 
 
-def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
+def _iter_models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     """The names of these models, and others: parents, kinds of parts, properties."""
     if not models:
         return
@@ -136,11 +140,11 @@ _ASKING = (s.Part, s.Line, s.Define)
 """Statements that can ask about a model; examples name what they build."""
 
 
-def _why(error: Exception) -> str:
+def _get_reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def _beside(base: Path, name: str) -> Path:
+def _resolve_path(base: Path, name: str) -> Path:
     """A path as `use` writes it: beside the file that says so. `..` is resolved without links."""
     parts: list[str] = []
     for part in (base.parent / name).parts:
@@ -163,7 +167,7 @@ def read_library(path: Path, text: str | None = None, read: Read = read_text) ->
             text = read(path)
         except (OSError, ValueError) as error:
             source = Source(str(path), "")
-            message = f"the file cannot be read: {_why(error)}"
+            message = f"the file cannot be read: {_get_reason(error)}"
             fault = Fault("unreadable", message, source, NOWHERE)
             empty = s.File(source, (), (), ())
             return Library(empty, {path: empty}, {}, (fault,))

@@ -485,7 +485,7 @@ _FIELDS: dict[type, tuple[tuple[str, str], ...]] = {}
 def children(node: object) -> "list[Node]":
     """Return the nodes directly inside a node, in the order of their fields."""
     found: list[Node] = []
-    for name, holds in _fields(node.__class__):
+    for name, holds in _get_fields(node.__class__):
         value = getattr(node, name)
         if holds == "many":
             found += value
@@ -508,7 +508,7 @@ def walk(node: object) -> "list[Node]":
 def moved(node: Any, by: int) -> Any:
     """Return a copy of a node, with all inside it, so many letters further on in its text."""
     values = []
-    for name, holds in _fields(node.__class__):
+    for name, holds in _get_fields(node.__class__):
         value = getattr(node, name)
         # What is nowhere, as a name that was left out, stays so.
         if holds == "span" and value.end:
@@ -521,19 +521,19 @@ def moved(node: Any, by: int) -> Any:
     return node.__class__(*values)
 
 
-def _fields(kind: Any) -> tuple[tuple[str, str], ...]:
+def _get_fields(kind: Any) -> tuple[tuple[str, str], ...]:
     """Return the fields of a kind of node, and what each holds.
 
     That is its `span`, a `leaf` without a place, `one` node or None, or `many` nodes.
     """
     found = _FIELDS.get(kind)
     if found is None:
-        found = tuple((field.name, _holding(field)) for field in fields(kind))
+        found = tuple((field.name, _get_holding(field)) for field in fields(kind))
         _FIELDS[kind] = found
     return found
 
 
-def _holding(field: "Field[Any]") -> str:
+def _get_holding(field: "Field[Any]") -> str:
     if field.name == "span":
         return "span"
     if str(field.type).strip("\"'").startswith("tuple"):

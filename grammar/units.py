@@ -22,7 +22,7 @@ class Unit:
     factor: float
 
 
-def _units(dimension: Dimension, **factors: float) -> dict[str, Unit]:
+def _make_units(dimension: Dimension, **factors: float) -> dict[str, Unit]:
     return {name: Unit(name, dimension, factor) for name, factor in factors.items()}
 
 
@@ -30,7 +30,7 @@ INCH = 0.0254
 """Metres; exact by definition (1959)."""
 
 UNITS = {
-    **_units(
+    **_make_units(
         Dimension.LENGTH,
         m=1.0,
         cm=0.01,
@@ -42,7 +42,7 @@ UNITS = {
         foot=12 * INCH,
         feet=12 * INCH,
     ),
-    **_units(
+    **_make_units(
         Dimension.AREA,
         m2=1.0,
         cm2=1e-4,
@@ -51,7 +51,7 @@ UNITS = {
         inch2=INCH**2,
         ft2=(12 * INCH) ** 2,
     ),
-    **_units(Dimension.ANGLE, deg=1.0, rad=57.29577951308232),
+    **_make_units(Dimension.ANGLE, deg=1.0, rad=57.29577951308232),
     "°": Unit("°", Dimension.ANGLE, 1.0),
     "%": Unit("%", Dimension.NUMBER, 0.01),
 }

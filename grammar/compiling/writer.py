@@ -145,13 +145,13 @@ class SetShape:
 
     def pattern(self, names: Names) -> Term:
         """The term of a member."""
-        return _joined(self.variables(names, self.symbol.name))
+        return _join_variables(self.variables(names, self.symbol.name))
 
     def bound(self, names: Names) -> dict[str, Bound]:
         """What the set's name, and its members' parts, stand for."""
-        return self._bound(self.variables(names, self.symbol.name), self.symbol.name)
+        return self._bind(self.variables(names, self.symbol.name), self.symbol.name)
 
-    def _bound(self, variables: tuple[Var, ...], name: str) -> dict[str, Bound]:
+    def _bind(self, variables: tuple[Var, ...], name: str) -> dict[str, Bound]:
         first, *rest = variables
         found = {name: Bound(first, self.symbol.kinds, self.symbol.model)}
         for (role, kinds), variable in zip(self.roles, rest, strict=True):
@@ -186,10 +186,14 @@ class SetShape:
         """Pattern, names and test of a member that is called otherwise."""
         stems = (name, *(f"{name}_{role}" for role, _ in self.roles))
         variables = tuple(writer.names.fresh(stem) for stem in stems)
-        return _joined(variables), self._bound(variables, name), self._test(variables, writer)
+        return (
+            _join_variables(variables),
+            self._bind(variables, name),
+            self._test(variables, writer),
+        )
 
 
-def _joined(variables: tuple[Var, ...]) -> Term:
+def _join_variables(variables: tuple[Var, ...]) -> Term:
     term: Term = variables[0]
     for variable in variables[1:]:
         term = Struct("-", (term, variable))
@@ -202,7 +206,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
     statements: list[s.Node] = [owned.node for _, owned in model.lines]
     statements += [owned.node for owned in model.parts]
     statements += [owned.node for owned in model.sizes]
-    asked = _members_asked(statements)
+    asked = _find_members_asked(statements)
     shapes = {}
     for symbol in scope.sets:
         own = scope.roles.get(symbol.model, {})
@@ -211,7 +215,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
         )
         where = scope.where(symbol)
         named = names_in(where, scope)
-        searches = _searches(where, scope) or "count" in named
+        searches = _is_search(where, scope) or "count" in named
         needs = tuple(p.name for p in scope.singular if searches or p.name in named)
         word = f"{model.name}.{symbol.name}"
         shapes[symbol.name] = SetShape(
@@ -225,7 +229,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
     return shapes
 
 
-def _searches(node: s.Expression | None, scope: Scope) -> bool:
+def _is_search(node: s.Expression | None, scope: Scope) -> bool:
     """Whether a condition goes through the thing: then it needs the thing and all parts."""
     return any(
         isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
@@ -234,7 +238,7 @@ def _searches(node: s.Expression | None, scope: Scope) -> bool:
     )
 
 
-def _members_asked(nodes: Iterable[s.Node]) -> dict[str, set[str]]:
+def _find_members_asked(nodes: Iterable[s.Node]) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for node in nodes:
         for inner in s.walk(node):
@@ -337,10 +341,10 @@ class MeasureWriter:
             case s.Reference(name):
                 return self.bound(name.text)
             case s.Member(owner, part):
-                return self._member(owner.text, part.text)
+                return self._write_member(owner.text, part.text)
         raise TypeError(node)
 
-    def _member(self, owner: str, part: str) -> Bound:
+    def _write_member(self, owner: str, part: str) -> Bound:
         key = f"{owner}.{part}"
         if key in self.locals:
             return self.locals[key]
@@ -390,7 +394,7 @@ class MeasureWriter:
             return amount(value)
         match node:
             case s.Call(name, arguments):
-                return self._measured(name.text, arguments)
+                return self._write_measured(name.text, arguments)
             case s.Arithmetic(sign, left, right):
                 return Struct(sign, (self.measure(left), self.measure(right)))
             case s.Negative(operand):
@@ -400,10 +404,10 @@ class MeasureWriter:
                 assert part is not None  # noqa: S101  the checker has seen to it
                 return scaled(part.value, self.measure(whole))
             case s.Aggregate():
-                return self._aggregate(node)
+                return self._write_aggregate(node)
         raise TypeError(node)
 
-    def _measured(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
+    def _write_measured(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
         if name == "count":
             (of,) = arguments
             assert isinstance(of, s.Reference)  # noqa: S101  the checker has seen to it
@@ -418,7 +422,7 @@ class MeasureWriter:
             return self.expanded(name, arguments).measure(self.scope.defines[name].node.body)
         return word_term(name, tuple(map(self.argument, arguments)))
 
-    def _aggregate(self, node: s.Aggregate) -> Term:
+    def _write_aggregate(self, node: s.Aggregate) -> Term:
         shape = next(
             self.shapes[inner.text]
             for inner in s.walk(node.operand)

@@ -26,7 +26,9 @@ def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
     analysis = project.analysis(path)
     text = project.text(path)
     own = [fault for fault in project.faults(path) if fault.source.name == str(path)]
-    return [diagnostic(fault, text) for fault in own] + list(_of_others(project, analysis, text))
+    return [diagnostic(fault, text) for fault in own] + list(
+        _iter_of_others(project, analysis, text)
+    )
 
 
 def diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
@@ -41,7 +43,9 @@ def diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
     )
 
 
-def _of_others(project: Project, analysis: Analysis, text: EditorText) -> Iterator[lsp.Diagnostic]:
+def _iter_of_others(
+    project: Project, analysis: Analysis, text: EditorText
+) -> Iterator[lsp.Diagnostic]:
     others: dict[str, list[Fault]] = {}
     for fault in analysis.errors:
         if fault.source.name != analysis.file.source.name:
@@ -79,7 +83,11 @@ def code_actions(
     source = analysis.file.source
     own = [fault for fault in faults if fault.source is source]
     here = [f for f in own if f.span.start <= span.end and span.start <= f.span.end]
-    found = [_action(fault, fix, text, uri) for fault in here for fix in _fixes(fault, analysis)]
+    found = [
+        _make_action(fault, fix, text, uri)
+        for fault in here
+        for fix in _iter_fixes(fault, analysis)
+    ]
     return sorted(found, key=lambda action: not action.is_preferred)
 
 
@@ -90,26 +98,26 @@ def fix_all(text: EditorText, uri: str, check: Check) -> list[lsp.CodeAction]:
         return []
     kind = lsp.CodeActionKind.SourceFixAll
     old, new = differing(text.text, after)
-    edit = _edit([Edit(old, after[new.start : new.end])], text, uri)
+    edit = _make_edit([Edit(old, after[new.start : new.end])], text, uri)
     return [lsp.CodeAction("put right all that is sure", kind=kind, edit=edit)]
 
 
-def _fixes(fault: Fault, analysis: Analysis) -> Iterator[Fix]:
+def _iter_fixes(fault: Fault, analysis: Analysis) -> Iterator[Fix]:
     yield from fault.fixes
     if fault.severity is Severity.WARNING:
         yield allow_fix(fault, analysis.file.comments)
 
 
-def _action(fault: Fault, fix: Fix, text: EditorText, uri: str) -> lsp.CodeAction:
+def _make_action(fault: Fault, fix: Fix, text: EditorText, uri: str) -> lsp.CodeAction:
     return lsp.CodeAction(
         fix.title,
         kind=lsp.CodeActionKind.QuickFix,
         diagnostics=[diagnostic(fault, text)],
         is_preferred=fix.sure,
-        edit=_edit(fix.edits, text, uri),
+        edit=_make_edit(fix.edits, text, uri),
     )
 
 
-def _edit(edits: Iterable[Edit], text: EditorText, uri: str) -> lsp.WorkspaceEdit:
+def _make_edit(edits: Iterable[Edit], text: EditorText, uri: str) -> lsp.WorkspaceEdit:
     changes = [lsp.TextEdit(text.range(edit.span), edit.text) for edit in edits]
     return lsp.WorkspaceEdit(changes={uri: changes})

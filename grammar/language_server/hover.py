@@ -74,7 +74,7 @@ def statement_text(source: Source, offset: int) -> str:
 
 def hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
     """What is known of a symbol, in Markdown; empty if nothing is."""
-    return "\n\n".join(part for part in _parts(analysis, symbol, builders) if part)
+    return "\n\n".join(part for part in _iter_parts(analysis, symbol, builders) if part)
 
 
 def limit_text(limit: Limit) -> str:
@@ -82,7 +82,7 @@ def limit_text(limit: Limit) -> str:
     return f"`{limit.text}` {limit.fades}"
 
 
-def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[str]:
+def _iter_parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[str]:
     name = symbol.name
     match symbol.kind:
         case SymbolKind.WORD:
@@ -95,8 +95,8 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             if name in builders:
                 yield code(f"{name}({', '.join(builders[name])})")
         case SymbolKind.CONSTANT:
-            yield code(_statement(analysis, symbol))
-            yield from _constant(analysis, symbol)
+            yield code(_get_statement(analysis, symbol))
+            yield from _describe_constant(analysis, symbol)
         case SymbolKind.MODEL:
             model = analysis.all_models.get(name)
             if model is None:
@@ -105,16 +105,16 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             yield code(statement_text(model.source, model.written.name.span.start))
             yield model_documentation(model)
         case SymbolKind.LOCAL:
-            in_definition = _statement(analysis, symbol).startswith("define ")
+            in_definition = _get_statement(analysis, symbol).startswith("define ")
             yield f"named in this {'definition' if in_definition else 'line'}"
         case SymbolKind.FILE:
             return
         case _:
-            yield code(_statement(analysis, symbol))
-            yield _in_model(analysis, symbol)
+            yield code(_get_statement(analysis, symbol))
+            yield _describe_owner(analysis, symbol)
 
 
-def _statement(analysis: Analysis, symbol: Symbol) -> str:
+def _get_statement(analysis: Analysis, symbol: Symbol) -> str:
     """The statement that a symbol is named by."""
     if symbol.home is None or symbol.home.path not in analysis.library.files:
         return symbol.name
@@ -122,7 +122,7 @@ def _statement(analysis: Analysis, symbol: Symbol) -> str:
     return statement_text(source, symbol.home.span.start)
 
 
-def _constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
+def _describe_constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
     model = analysis.all_models.get(symbol.model)
     if model is not None:
         lets = model.lets
@@ -137,7 +137,7 @@ def _constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
             yield let.doc.value
 
 
-def _in_model(analysis: Analysis, symbol: Symbol) -> str:
+def _describe_owner(analysis: Analysis, symbol: Symbol) -> str:
     """The model that names a symbol, if another inherits it."""
     for name, model in analysis.all_models.items():
         here = symbol.home is not None and model.source.name == str(symbol.home.path)

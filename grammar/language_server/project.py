@@ -48,7 +48,7 @@ class EditorText:
         at, end = self._starts[position.line], self._ends[position.line]
         left = position.character
         while at < end and left > 0:
-            left -= self._units(self.text[at])
+            left -= self._count_units(self.text[at])
             at += 1
         return at
 
@@ -61,7 +61,7 @@ class EditorText:
         offset = min(max(offset, 0), len(self.text))
         line = bisect_right(self._starts, offset) - 1
         before = self.text[self._starts[line] : min(offset, self._ends[line])]
-        units = len(before) if before.isascii() else sum(map(self._units, before))
+        units = len(before) if before.isascii() else sum(map(self._count_units, before))
         return lsp.Position(line, units)
 
     def range(self, span: Span) -> lsp.Range:
@@ -80,7 +80,7 @@ class EditorText:
             text = self.text[:start] + change.text + self.text[max(start, end) :]
         return EditorText(text, self.encoding)
 
-    def _units(self, letter: str) -> int:
+    def _count_units(self, letter: str) -> int:
         if self.encoding == UTF_16:
             return 2 if ord(letter) > 0xFFFF else 1
         # Half of a surrogate pair has no UTF-8; it counts as the three bytes it would take.
@@ -198,7 +198,7 @@ class Project:
         candidates = [*self._open]
         left = MOST_SEARCHED
         for folder in dict.fromkeys(folders):
-            for path in _model_files(folder, deep=folder in self.folders):
+            for path in _iter_model_files(folder, deep=folder in self.folders):
                 if left <= 0:
                     break
                 left -= 1
@@ -220,7 +220,7 @@ def is_builtin(path: Path) -> bool:
     return BUILTIN in path.parents
 
 
-def _model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
+def _iter_model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
     """All files of a folder, hidden folders left out; what cannot be read is passed over."""
     for base, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if deep and not name.startswith("."))

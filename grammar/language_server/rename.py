@@ -23,12 +23,12 @@ from facetlog.grammar.units import UNITS
 
 def references(project: Project, symbol: Symbol, origin: Path) -> Iterator[tuple[Path, Occurrence]]:
     """All places of a symbol, file by file: first the one `origin`."""
-    for path in _files(project, symbol, origin):
+    for path in _iter_files(project, symbol, origin):
         for one in project.symbols(path).of(symbol):
             yield path, one
 
 
-def _files(project: Project, symbol: Symbol, origin: Path) -> Iterator[Path]:
+def _iter_files(project: Project, symbol: Symbol, origin: Path) -> Iterator[Path]:
     yield origin
     if symbol.kind in (SymbolKind.LOCAL, SymbolKind.UNIT, SymbolKind.BUILDER):
         return
@@ -136,12 +136,12 @@ def _check_meaning(
     for path in texts:
         after = analyse(path, texts[path], read=read)
         _check_faults(project.analysis(path), after, name)
-        before = _so_called(project.symbols(path), symbol.kind, name)
-        if _so_called(occurrences(after), symbol.kind, name) != before + count[path]:
+        before = _count_named(project.symbols(path), symbol.kind, name)
+        if _count_named(occurrences(after), symbol.kind, name) != before + count[path]:
             raise Refusal(f"`{name}` would be taken for something else: choose another name")
 
 
-def _so_called(known: Occurrences, kind: SymbolKind, name: str) -> int:
+def _count_named(known: Occurrences, kind: SymbolKind, name: str) -> int:
     """How often something of a kind is called so in a file."""
     every = (one.symbol for one in known.every if one.sure)
     return sum(symbol.kind is kind and symbol.name == name for symbol in every)

@@ -58,9 +58,9 @@ class Protocol(LanguageServerProtocol):
         """Gives a message to its handler, or says why it is refused."""
         try:
             self._refuse_misplaced(message)
-            structured = self._structured(message)
+            structured = self._parse_message(message)
         except JsonRpcException as refusal:
-            self._answer_with(refusal, message)
+            self._refuse(refusal, message)
         else:
             super().handle_message(structured)
 
@@ -68,7 +68,7 @@ class Protocol(LanguageServerProtocol):
         """Answers what is no JSON: nobody knows which request it was."""
         self._send_error(None, JsonRpcParseError())
 
-    def _structured(self, message: dict[str, Any]) -> Any:
+    def _parse_message(self, message: dict[str, Any]) -> Any:
         try:
             return super().structure_message(message)
         except JsonRpcException as error:
@@ -94,7 +94,7 @@ class Protocol(LanguageServerProtocol):
         if is_request:
             self._get_handler(method)  # JsonRpcMethodNotFound if there is none
 
-    def _answer_with(self, refusal: JsonRpcException, message: Any) -> None:
+    def _refuse(self, refusal: JsonRpcException, message: Any) -> None:
         """Answers a request with an error; a notification and an answer get none."""
         data = message if isinstance(message, dict) else {"id": None, "method": None}
         if "id" in data and "method" in data:
@@ -120,7 +120,7 @@ LONGEST_NAME = 60
 
 def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
     """The constants and definitions before the first model, and the models with what they hold."""
-    found = list(_symbols(file.statements, text))
+    found = list(_iter_symbols(file.statements, text))
     for i, model in enumerate(file.models):
         following = file.models[i + 1].span.start if i + 1 < len(file.models) else len(text.text)
         end = max([model.span.end, *(x.span.end for x in model.statements)])
@@ -134,13 +134,15 @@ def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
                 text.range(span),
                 text.range(model.name.span),
                 detail="" if model.parent is None else f"{model.ancestry} {model.parent}",
-                children=list(_symbols(model.statements, text)),
+                children=list(_iter_symbols(model.statements, text)),
             )
         )
     return found
 
 
-def _symbols(statements: Iterable[s.Statement], text: EditorText) -> Iterator[lsp.DocumentSymbol]:
+def _iter_symbols(
+    statements: Iterable[s.Statement], text: EditorText
+) -> Iterator[lsp.DocumentSymbol]:
     for statement in statements:
         for name, kind, span in _named(statement, text):
             whole = text.range(Span(min(statement.span.start, span.start), statement.span.end))
@@ -181,7 +183,7 @@ class ModelServer(LanguageServer):
     protocol: Protocol
 
     def __init__(self, builders: Builders) -> None:
-        super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
+        super().__init__("facetlog-model", _get_version(), protocol_cls=Protocol)
         self.builders = builders
         self.project = Project(builders=builders)
         self._waiting: asyncio.TimerHandle | None = None
@@ -235,7 +237,7 @@ def model_server(builders: Builders) -> ModelServer:
     return server
 
 
-def _version() -> str:
+def _get_version() -> str:
     try:
         return version("facetlog")
     except PackageNotFoundError:

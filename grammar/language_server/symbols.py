@@ -111,7 +111,7 @@ class Homes:
             parent = self.analysis.all_models[at].written.parent
             at = "" if parent is None else parent.text
         for one in reversed(descent):
-            self._names[one] = self._of(one)
+            self._names[one] = self._collect_names(one)
         return self._names.get(name, {})
 
     def of_model(self, name: str) -> Home | None:
@@ -132,7 +132,7 @@ class Homes:
             return None
         return Home(Path(word.source.name), word.span)
 
-    def _of(self, name: str) -> Names:
+    def _collect_names(self, name: str) -> Names:
         flat = self.analysis.all_models[name]
         parent = flat.written.parent
         above = {} if parent is None else self._names.get(parent.text, {})
@@ -187,7 +187,7 @@ class _Finder:
 
     def file(self, file: s.File) -> None:
         for statement in file.statements:
-            self._statement(statement)
+            self._find_in_statement(statement)
         for model in file.models:
             self.model = model.name.text
             flat = self.analysis.all_models.get(self.model)
@@ -197,11 +197,11 @@ class _Finder:
             self.names = self.homes.in_model(self.model)
             self._add(SymbolKind.MODEL, model.name, Home(self.path, model.name.span))
             if model.parent is not None:
-                self._model(model.parent)
+                self._add_model(model.parent)
             for other in model.rather_than:
-                self._model(other)
+                self._add_model(other)
             for statement in model.statements:
-                self._statement(statement)
+                self._find_in_statement(statement)
 
     def unreadable(self, file: s.File) -> None:
         """The words of statements that cannot be read, as far as they are known by themselves."""
@@ -209,7 +209,7 @@ class _Finder:
         self.sure = False
         self.model = ""
         self.names = self.homes.before_models(file)
-        for statement in (x for piece in self._unread() for x in piece.statements):
+        for statement in (x for piece in self._iter_unread() for x in piece.statements):
             first, *rest = statement.tokens
             if first.text == "model" and rest:
                 self.model = rest[0].text
@@ -220,11 +220,11 @@ class _Finder:
                 if token.kind == "word" and token.text not in STATEMENT_WORDS:
                     name = s.Name(token.text, Span(token.start, token.end))
                     before = len(self.found)
-                    self._value(name, {})
+                    self._add_value(name, {})
                     if len(self.found) == before:
-                        self._said(name)
+                        self._add_word(name)
 
-    def _unread(self) -> Iterator[Layout]:
+    def _iter_unread(self) -> Iterator[Layout]:
         """The pieces of the text in which something could not be read."""
         source = self.analysis.file.source
         places = [f.span.start for f in self.analysis.library.faults if f.source is source]
@@ -236,7 +236,7 @@ class _Finder:
 
     # -------------------------------------------------------- statements
 
-    def _statement(self, node: s.Statement) -> None:
+    def _find_in_statement(self, node: s.Statement) -> None:
         match node:
             case s.Use(path=path):
                 inside = Span(path.span.start + 1, path.span.end - 1)
@@ -244,100 +244,102 @@ class _Finder:
                 self._add(SymbolKind.FILE, s.Name(path.value, inside), file)
             case s.Let():
                 self._add_known(node.name, SymbolKind.CONSTANT)
-                self._expression(node.value, {})
+                self._find_in_expression(node.value, {})
             case s.Define():
                 self._add_known(node.name, SymbolKind.DEFINITION)
-                brought = {p.text: (self._local(p), "") for p in node.parameters}
-                self._expression(node.body, brought)
+                brought = {p.text: (self._add_local(p), "") for p in node.parameters}
+                self._find_in_expression(node.body, brought)
             case s.Part():
-                self._part(node)
+                self._find_in_part(node)
             case s.Line():
                 if node.label is not None:
                     self._add_known(node.label, SymbolKind.LINE)
-                self._expression(node.condition, {})
+                self._find_in_expression(node.condition, {})
             case s.Drop():
-                self._lines(node.labels)
+                self._find_lines(node.labels)
             case s.Size():
                 for measure in node.measures:
-                    self._expression(measure, {})
+                    self._find_in_expression(measure, {})
             case s.Example():
-                self._lines(node.because)
-                self._scene(node.scene)
+                self._find_lines(node.because)
+                self._find_in_scene(node.scene)
 
-    def _part(self, node: s.Part) -> None:
-        self._kind(node.kind)
+    def _find_in_part(self, node: s.Part) -> None:
+        self._add_kind(node.kind)
         for name in node.names:
             self._add_known(name, SymbolKind.PART)
         if node.where is not None:
-            self._expression(node.where, {})
+            self._find_in_expression(node.where, {})
 
-    def _lines(self, labels: Iterable[s.Name]) -> None:
+    def _find_lines(self, labels: Iterable[s.Name]) -> None:
         """Labels after `drop` and `because`; the latter may also name sets by their counts."""
         for label in labels:
             self._add_known(label, SymbolKind.LINE, SymbolKind.PART)
 
-    def _scene(self, scene: s.SceneFile | s.SceneBuilt) -> None:
+    def _find_in_scene(self, scene: s.SceneFile | s.SceneBuilt) -> None:
         if isinstance(scene, s.SceneBuilt):
             self._add(SymbolKind.BUILDER, scene.builder, None)
             for setting in scene.settings:
-                self._expression(setting.quantity, {})
+                self._find_in_expression(setting.quantity, {})
 
     # ------------------------------------------------------- expressions
 
-    def _expression(self, node: s.Expression, brought: Locals) -> None:
+    def _find_in_expression(self, node: s.Expression, brought: Locals) -> None:
         match node:
             case s.Quantity(unit=unit):
                 if unit is not None:
                     self._add(SymbolKind.UNIT, unit, None)
             case s.Reference(name=name):
-                self._value(name, brought)
+                self._add_value(name, brought)
             case s.Member():
-                self._member(node, brought)
+                self._add_member(node, brought)
             case s.Call(name=name):
-                self._said(name)
-                self._inside(node, brought)
+                self._add_word(name)
+                self._find_inside(node, brought)
             case s.Property(name=name):
-                self._inside(node, brought)
-                self._said(name)
+                self._find_inside(node, brought)
+                self._add_word(name)
             case s.Relation(name=name):
-                self._inside(node, brought)
-                self._said(name)
+                self._find_inside(node, brought)
+                self._add_word(name)
             case s.Each(kind=None):
-                self._value(node.name, brought)
-                self._expression(node.body, brought)
+                self._add_value(node.name, brought)
+                self._find_in_expression(node.body, brought)
             case s.Each(kind=s.Name() as kind):
-                self._kind(kind)
-                inside = {**brought, node.name.text: (self._local(node.name), "")}
+                self._add_kind(kind)
+                inside = {**brought, node.name.text: (self._add_local(node.name), "")}
                 if node.where is not None:
-                    self._expression(node.where, inside)
-                self._expression(node.body, inside)
+                    self._find_in_expression(node.where, inside)
+                self._find_in_expression(node.body, inside)
             case s.EachOf():
-                model = self._range(node.of, brought)
-                new = {name.text: (self._local(name), model) for name in node.names}
-                self._expression(node.body, {**brought, **new})
+                model = self._find_range(node.of, brought)
+                new = {name.text: (self._add_local(name), model) for name in node.names}
+                self._find_in_expression(node.body, {**brought, **new})
             case s.There():
-                self._kind(node.kind)
-                model = self._range(node.of, brought)
-                local = self._local(node.name)
+                self._add_kind(node.kind)
+                model = self._find_range(node.of, brought)
+                local = self._add_local(node.name)
                 if node.where is not None:
-                    self._expression(node.where, {**brought, node.name.text: (local, model)})
+                    self._find_in_expression(
+                        node.where, {**brought, node.name.text: (local, model)}
+                    )
             case _:
-                self._inside(node, brought)
+                self._find_inside(node, brought)
 
-    def _inside(self, node: s.Node, brought: Locals) -> None:
+    def _find_inside(self, node: s.Node, brought: Locals) -> None:
         for child in s.children(node):
             if not isinstance(child, s.Name):
-                self._expression(child, brought)  # type: ignore[arg-type]
+                self._find_in_expression(child, brought)  # type: ignore[arg-type]
 
-    def _range(self, of: Iterable[s.Name], brought: Locals) -> str:
+    def _find_range(self, of: Iterable[s.Name], brought: Locals) -> str:
         """What a name goes through; returns the model of its objects."""
         model = ""
         for name in of:
-            self._value(name, brought)
-            model = self._object(name.text, brought)
+            self._add_value(name, brought)
+            model = self._get_model_of(name.text, brought)
         return model
 
-    def _object(self, name: str, brought: Locals) -> str:
+    def _get_model_of(self, name: str, brought: Locals) -> str:
         """The model of an object, or of a set of them; empty if it is none."""
         if name in brought:
             return brought[name][1]
@@ -362,40 +364,40 @@ class _Finder:
                 return True
         return False
 
-    def _local(self, name: s.Name) -> Symbol:
+    def _add_local(self, name: s.Name) -> Symbol:
         self._add(SymbolKind.LOCAL, name, Home(self.path, name.span))
         return self.found[-1].symbol
 
-    def _value(self, name: s.Name, brought: Locals) -> None:
+    def _add_value(self, name: s.Name, brought: Locals) -> None:
         """A part, a set, a constant, or what `each`, `there` or a definition brings."""
         if name.text in brought:
             self._add(SymbolKind.LOCAL, name, brought[name.text][0].home)
         else:
             self._add_known(name, SymbolKind.PART, SymbolKind.CONSTANT)
 
-    def _member(self, node: s.Member, brought: Locals) -> None:
-        self._value(node.owner, brought)
-        model = self._object(node.owner.text, brought)
+    def _add_member(self, node: s.Member, brought: Locals) -> None:
+        self._add_value(node.owner, brought)
+        model = self._get_model_of(node.owner.text, brought)
         home = self.homes.in_model(model).get((SymbolKind.PART, node.part.text))
         if home is not None:
             symbol = Symbol(SymbolKind.PART, node.part.text, home, model)
             self.found.append(Occurrence(symbol, node.part.span))
 
-    def _said(self, name: s.Name) -> None:
+    def _add_word(self, name: s.Name) -> None:
         """A definition, a word of the vocabulary, or a model."""
         if self._add_known(name, SymbolKind.DEFINITION):
             return
         if name.text in self.analysis.words:
             self._add(SymbolKind.WORD, name, self.homes.of_word(name.text))
         else:
-            self._model(name)
+            self._add_model(name)
 
-    def _model(self, name: s.Name) -> None:
+    def _add_model(self, name: s.Name) -> None:
         home = self.homes.of_model(name.text)
         if home is not None:
             self._add(SymbolKind.MODEL, name, home)
 
-    def _kind(self, name: s.Name) -> None:
+    def _add_kind(self, name: s.Name) -> None:
         """The kind of a part, singular or plural, if it is a model or a shape of pieces."""
         found = part_kind(name.text, self.models)
         if found is not None and found[1]:

@@ -230,7 +230,7 @@ def find_contradictions(claims: Claims, reported: set[Place]) -> Iterator[Fault]
         against = next((k for k in iter_excluded(claim.key) if k in conditions), None)
         if against is not None:
             other, other_sure = conditions[against]
-            yield from _contradiction((claim, other), (), sure and other_sure, reported)
+            yield from _report((claim, other), (), sure and other_sure, reported)
             continue
         for edge in _iter_edges(claim, sure, atoms):
             factor, path = graph.find_best(edge.lesser, edge.greater)
@@ -243,11 +243,11 @@ def find_contradictions(claims: Claims, reported: set[Place]) -> Iterator[Fault]
             certain = positive and all(e.sure for e in (edge, *path))
             involved = (claim, *(e.why for e in path if e.why is not None))
             given = tuple(e for e in path if e.why is None)
-            yield from _contradiction(involved, given, certain, reported, only_zero=not positive)
+            yield from _report(involved, given, certain, reported, only_zero=not positive)
         conditions.setdefault(claim.key, (claim, sure))
 
 
-def _contradiction(
+def _report(
     claims: tuple[Claim, ...],
     given: tuple[Edge, ...],
     sure: bool,
@@ -296,7 +296,7 @@ def _iter_given(claims: Claims, atoms: Set[Atom]) -> Iterator[Edge]:
 def _iter_edges(claim: Claim, sure: bool, atoms: Set[Atom]) -> Iterator[Edge]:
     """Iterate over the bounds that a claim makes, by itself or by the condition that it states."""
     for bound in claim.bounds:
-        edge = _edge_of(bound.half, sure, claim)
+        edge = _make_edge(bound.half, sure, claim)
         if edge is not None:
             yield edge
     match claim.said:
@@ -315,7 +315,7 @@ def _iter_edges(claim: Claim, sure: bool, atoms: Set[Atom]) -> Iterator[Edge]:
                         yield Edge(greater, lesser, factor, sure, claim)
 
 
-def _edge_of(rest: Linear, sure: bool, why: Claim) -> Edge | None:
+def _make_edge(rest: Linear, sure: bool, why: Claim) -> Edge | None:
     """Return the edge that says that a sum is not negative; None if of more than two values."""
     one = (ONE, rest.dimension)
     terms = list(rest.terms.items())

@@ -106,7 +106,7 @@ class _Reader:
         return owned.file is self.main and owned.model in ("", self.scope.model.name)
 
     @contextmanager
-    def _deeper(self) -> Iterator[None]:
+    def _go_deeper(self) -> Iterator[None]:
         self.left -= 1
         self.depth += 1
         if self.left < 0 or self.depth > DEEPEST:
@@ -118,10 +118,10 @@ class _Reader:
 
     def conjuncts(self, node: s.Expression, names: Names, of_set: str) -> None:
         """Add the claims of a condition, each of which must hold."""
-        with self._deeper():
-            self._conjuncts(node, names, of_set)
+        with self._go_deeper():
+            self._add_conjuncts(node, names, of_set)
 
-    def _conjuncts(self, node: s.Expression, names: Names, of_set: str) -> None:
+    def _add_conjuncts(self, node: s.Expression, names: Names, of_set: str) -> None:
         match node:
             case s.And(conditions):
                 for condition in conditions:
@@ -133,28 +133,28 @@ class _Reader:
                 if not is_set:
                     for some in combinations(of_parts, len(variables)):
                         given = {v.text: one for v, one in zip(variables, some, strict=True)}
-                        with self._introducing(*variables):
+                        with self._introduce(*variables):
                             self.conjuncts(body, {**names, **given}, of_set)
                     return
                 if len(variables) == 1 and not of_set:
-                    with self._introducing(*variables):
+                    with self._introduce(*variables):
                         inner = {**names, variables[0].text: f"${of[0].text}"}
                         self.conjuncts(body, inner, of[0].text)
                     return
             case s.Each(None, name, _, body) if not of_set:
-                with self._introducing(name):
+                with self._introduce(name):
                     self.conjuncts(body, {**names, name.text: f"${name.text}"}, name.text)
                 return
             case s.Call() | s.Relation() | s.Property(negated=False):
-                used = _application(node)
+                used = _get_application(node)
                 if used[0] in self.scope.defines:
-                    with self._opened(*used, names, node) as (body, bound):
+                    with self._open(*used, names, node) as (body, bound):
                         self.conjuncts(body, bound, of_set)
                     return
-        self._claim(node, names, of_set)
+        self._add_claim(node, names, of_set)
 
     @contextmanager
-    def _introducing(self, *new: s.Name) -> Iterator[None]:
+    def _introduce(self, *new: s.Name) -> Iterator[None]:
         """Note the names that are not used in what follows, though they were introduced for it."""
         before = self.used
         self.used = set()
@@ -166,7 +166,7 @@ class _Reader:
         self.used |= before
         self.used |= {name.text for name in new if name.text in self.scope.symbols}
 
-    def _claim(self, node: s.Expression, names: Names, of_set: str) -> None:
+    def _add_claim(self, node: s.Expression, names: Names, of_set: str) -> None:
         self.mentioned = {of_set} if of_set else set()
         before = len(self.regions)
         key = self.key(node, names)
@@ -180,7 +180,7 @@ class _Reader:
         self.claims.append(Claim(key, self._shown or node, self._origin, parts, bounds, of_set))
 
     @contextmanager
-    def _opened(
+    def _open(
         self,
         name: str,
         arguments: tuple[s.Expression, ...],
@@ -203,10 +203,10 @@ class _Reader:
 
     def key(self, node: s.Expression, names: Names) -> Hashable:
         """Return a condition in a form that is the same for all that say the same."""
-        with self._deeper():
-            return self._key(node, names)
+        with self._go_deeper():
+            return self._make_key(node, names)
 
-    def _key(self, node: s.Expression, names: Names) -> Hashable:
+    def _make_key(self, node: s.Expression, names: Names) -> Hashable:
         match node:
             case s.And(conditions):
                 return "and", frozenset(self.key(c, names) for c in conditions)
@@ -216,10 +216,10 @@ class _Reader:
                 return _negate(self.key(condition, names))
             case s.Comparison():
                 # Whichever side of the comparison a measure stands on.
-                bounds = self._region(node, names).bounds
+                bounds = self._add_region(node, names).bounds
                 return "within", frozenset((bound.full.key, bound.half.key) for bound in bounds)
             case s.Call() | s.Relation() | s.Property():
-                found = self._apply(*_application(node), names, node)
+                found = self._apply(*_get_application(node), names, node)
                 return _negate(found) if isinstance(node, s.Property) and node.negated else found
             case s.Each(kind, name, where, body):
                 word = kind.text if kind is not None else f"set ${name.text}"
@@ -227,19 +227,19 @@ class _Reader:
                 if kind is not None:
                     inner = _with_local(names, name)
                 said = self.key(where, inner) if where is not None else True
-                with self._introducing(name):
+                with self._introduce(name):
                     return "each", word, said, self.key(body, inner)
             case s.EachOf(variables, of, body):
                 inner = _with_local(names, *variables)
                 among = frozenset(self.named(n.text, names) for n in of)
-                with self._introducing(*variables):
+                with self._introduce(*variables):
                     return "each of", len(variables), among, self.key(body, inner)
             case s.There():
-                return self._there(node, names)
+                return self._make_there_key(node, names)
             case _:
                 raise OverflowError
 
-    def _there(self, node: s.There, names: Names) -> Hashable:
+    def _make_there_key(self, node: s.There, names: Names) -> Hashable:
         inner = _with_local(names, node.name)
         count = node.count
         many = (count.kind, str(count.low), str(count.high)) if count is not None else None
@@ -247,7 +247,7 @@ class _Reader:
         kind = node.kind.text if not node.of else ""
         where: Hashable = True
         if node.where is not None:
-            with self._introducing(node.name):
+            with self._introduce(node.name):
                 where = self.key(node.where, inner)
         found = ("there", many, kind, among, where)
         return found if node.some else _negate(found)
@@ -256,7 +256,7 @@ class _Reader:
         self, name: str, arguments: tuple[s.Expression, ...], names: Names, node: s.Expression
     ) -> Hashable:
         if name in self.scope.defines:
-            with self._opened(name, arguments, names, node) as (body, bound):
+            with self._open(name, arguments, names, node) as (body, bound):
                 return self.key(body, bound)
         word = self.scope.words.get(name)
         if word is None:
@@ -292,58 +292,58 @@ class _Reader:
 
     def measure(self, node: s.Expression, names: Names) -> Linear:
         """Return a measure as a sum."""
-        with self._deeper():
-            return self._measure(node, names)
+        with self._go_deeper():
+            return self._make_measure(node, names)
 
-    def _measure(self, node: s.Expression, names: Names) -> Linear:
+    def _make_measure(self, node: s.Expression, names: Names) -> Linear:
         match node:
             case s.Quantity():
-                return _to_sum(quantity(node))
+                return _make_sum(quantity(node))
             case s.Reference(name):
                 self.used.add(name.text)
                 if name.text not in self._lets:
                     let = self.scope.lets.get(name.text)
                     value = constant(let.node.value, self.scope.lets) if let else None
                     self._lets[name.text] = value
-                return _to_sum(self._lets[name.text])
+                return _make_sum(self._lets[name.text])
             case s.Call(name, arguments):
-                return self._word(name.text, arguments, names)
+                return self._measure_word(name.text, arguments, names)
             case s.Negative(operand):
                 return self.measure(operand, names).times(-1.0)
             case s.Share(share, whole):
-                return self.measure(whole, names).times(_to_sum(quantity(share)).constant)
+                return self.measure(whole, names).times(_make_sum(quantity(share)).constant)
             case s.Arithmetic(sign, left, right):
                 return self._join(sign, self.measure(left, names), self.measure(right, names))
             case s.Aggregate(how, operand) if how.endswith("gap"):
                 atom = (how, self.element(operand, names))
-                return self._atom(atom, Dimension.LENGTH, (0.0, math.inf))
+                return self._add_atom(atom, Dimension.LENGTH, (0.0, math.inf))
             case s.Aggregate(how, operand):
                 inner = self.measure(operand, names)
                 low, high = inner.interval(self.ranges)
                 if how == "sum":
                     # Of any number of members, each at least and at most so much.
                     low, high = (0.0 if low >= 0 else -math.inf), (0.0 if high <= 0 else math.inf)
-                return self._atom((how, inner.key), inner.dimension, (low, high))
+                return self._add_atom((how, inner.key), inner.dimension, (low, high))
             case _:
                 raise OverflowError
 
-    def _word(self, name: str, arguments: tuple[s.Expression, ...], names: Names) -> Linear:
+    def _measure_word(self, name: str, arguments: tuple[s.Expression, ...], names: Names) -> Linear:
         if name in self.scope.defines:
-            with self._opened(name, arguments, names) as (body, given):
+            with self._open(name, arguments, names) as (body, given):
                 return self.measure(body, given)
         elements = tuple(self.element(a, names) for a in arguments)
         if name == "count":
             symbol = self.scope.symbols.get(elements[0][1:])
-            return self._atom((name, *elements), Dimension.NUMBER, _set_size(symbol))
+            return self._add_atom((name, *elements), Dimension.NUMBER, _set_size(symbol))
         word = self.scope.words[name]
         low = -math.inf if word.low is None else word.low
         high = math.inf if word.high is None else word.high
         atom: Atom = (name, frozenset(elements)) if word.symmetric else (name, *elements)
         if name in POSITIVE:
             self.positive.add(atom)
-        return self._atom(atom, DIMENSIONS[word.gives], (low, high))
+        return self._add_atom(atom, DIMENSIONS[word.gives], (low, high))
 
-    def _atom(self, atom: Atom, dimension: Dimension, values: Interval) -> Linear:
+    def _add_atom(self, atom: Atom, dimension: Dimension, values: Interval) -> Linear:
         self.ranges[atom] = values
         return Linear(0.0, {atom: 1.0}, dimension)
 
@@ -363,20 +363,20 @@ class _Reader:
             if a[0] >= 0 and b[0] >= 0:
                 high = a[1] * b[1]
                 values = a[0] * b[0], math.inf if math.isnan(high) else high
-            return self._atom(("*", frozenset({left.key, right.key})), dimension, values)
+            return self._add_atom(("*", frozenset({left.key, right.key})), dimension, values)
         # Nothing that is measured is less than nothing, or the quotient may be anything.
         if a[0] >= 0 and b[0] >= 0:
             values = (0.0, math.inf)
-        return self._atom(("/", left.key, right.key), dimension, values)
+        return self._add_atom(("/", left.key, right.key), dimension, values)
 
     # ----------------------------------------------------------- comparisons
 
-    def _region(self, node: s.Comparison, names: Names) -> Region:
+    def _add_region(self, node: s.Comparison, names: Names) -> Region:
         """Add and return a comparison with its ends."""
         measure, limit = self.measure(node.measure, names), self.measure(node.limit, names)
         low = high = tolerance = fading = None
         if node.fading is not None:
-            fading = self._width(node.fading, limit, names)
+            fading = self._get_width(node.fading, limit, names)
         match node.comparator:
             case s.Comparator.AT_LEAST:
                 low = limit
@@ -386,9 +386,9 @@ class _Reader:
                 low = limit
                 high = self.measure(node.second, names) if node.second else None
             case s.Comparator.ABOUT:
-                tolerance = fading = _share_of(limit, ABOUT)
+                tolerance = fading = _take_share(limit, ABOUT)
             case _:
-                tolerance = self._width(node.second, limit, names) if node.second else None
+                tolerance = self._get_width(node.second, limit, names) if node.second else None
                 if node.second is None:
                     low = high = limit
         if tolerance is not None:
@@ -400,19 +400,21 @@ class _Reader:
             self._is_own(defined) if defined is not None else self._origin.own,
             self._shown or node,
             self._origin, measure, low, high, tolerance, fading,
-            _bound(measure, low, 1.0, fading), _bound(measure, high, -1.0, fading),
+            _make_bound(measure, low, 1.0, fading), _make_bound(measure, high, -1.0, fading),
         )  # fmt: skip
         self.regions.append(found)
         return found
 
-    def _width(self, node: s.Expression, target: Linear, names: Names) -> Linear:
+    def _get_width(self, node: s.Expression, target: Linear, names: Names) -> Linear:
         """Return a tolerance or fading: in % of its target, or as it stands."""
         width = self.measure(node, names)
         value = constant(node, self.scope.lets) if width.is_constant else None
-        return _share_of(target, value.value) if value is not None and value.percent else width
+        return _take_share(target, value.value) if value is not None and value.percent else width
 
 
-def _application(node: s.Call | s.Relation | s.Property) -> tuple[str, tuple[s.Expression, ...]]:
+def _get_application(
+    node: s.Call | s.Relation | s.Property,
+) -> tuple[str, tuple[s.Expression, ...]]:
     """Return the word or definition that a condition uses, and its arguments."""
     match node:
         case s.Call(name, arguments):
@@ -440,13 +442,15 @@ def _with_local(names: Names, *new: s.Name) -> dict[str, str]:
     return inner
 
 
-def _share_of(target: Linear, share: float) -> Linear:
+def _take_share(target: Linear, share: float) -> Linear:
     """Return so much of a target; of a negative number as of a positive one."""
     turned = target.is_constant and target.constant < 0
     return target.times(-share if turned else share)
 
 
-def _bound(measure: Linear, end: Linear | None, sign: float, fading: Linear | None) -> Bound | None:
+def _make_bound(
+    measure: Linear, end: Linear | None, sign: float, fading: Linear | None
+) -> Bound | None:
     """Return one end: sign * (measure - end) is not negative within the region."""
     if end is None:
         return None
@@ -454,7 +458,7 @@ def _bound(measure: Linear, end: Linear | None, sign: float, fading: Linear | No
     return Bound(full, full.plus(fading, 0.5) if fading is not None else full)
 
 
-def _to_sum(value: Constant | None) -> Linear:
+def _make_sum(value: Constant | None) -> Linear:
     if value is None:
         raise OverflowError
     return Linear(value.value, {}, value.dimension)

@@ -149,7 +149,7 @@ class _Lines:
                 span = Span(token.start, end)
                 self.comments.append(Comment(text.rstrip(), span, line_is_empty))
                 continue
-            if fresh_line and self._tokens and not self._goes_on(token):
+            if fresh_line and self._tokens and not self._is_continued(token):
                 self._end_statement()
             line_is_empty = fresh_line = False
             self._tokens.append(token)
@@ -157,7 +157,7 @@ class _Lines:
                 self._check(token)
         self._end_statement()
 
-    def _goes_on(self, token: Token) -> bool:
+    def _is_continued(self, token: Token) -> bool:
         """Whether the statement goes on with this first token of a line."""
         if token.text in ("and", "or"):
             return True
@@ -174,7 +174,7 @@ class _Lines:
     def _check(self, token: Token) -> None:
         if token.kind == "string" and (len(token.text) < 2 or token.text[-1] != '"'):
             self._fault(
-                "open-text", "this text has no end", token, 'close it with "', *_closed(token)
+                "open-text", "this text has no end", token, 'close it with "', *_close_text(token)
             )
         elif token.kind == "curly":
             hint = 'write a text in quotes as "it is flat"'
@@ -183,7 +183,7 @@ class _Lines:
                 f"`{token.text[0]}` is no quotation mark here",
                 token,
                 hint,
-                *_quoted(token),
+                *_fix_quotes(token),
             )
         elif token.kind == "comma":
             point = token.text.replace(",", ".")
@@ -221,7 +221,7 @@ class _Lines:
         self.faults.append(Fault(code, message, self.source, span, hint, fixes=fixes))
 
 
-def _quoted(token: Token) -> Iterator[Fix]:
+def _fix_quotes(token: Token) -> Iterator[Fix]:
     """The fix that puts a text between curly quotes into straight ones."""
     inside = token.text[1:-1]
     if len(token.text) > 1 and token.text[-1] in _CLOSING:
@@ -229,7 +229,7 @@ def _quoted(token: Token) -> Iterator[Fix]:
         yield Fix(f"write `{text}`", (Edit(Span(token.start, token.end), text),), sure=True)
 
 
-def _closed(token: Token) -> Iterator[Fix]:
+def _close_text(token: Token) -> Iterator[Fix]:
     """The fix of a text that begins with a straight quote and ends with a curly one."""
     places = [at for at, sign in enumerate(token.text) if sign in _CLOSING and at]
     if places:

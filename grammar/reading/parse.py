@@ -70,7 +70,7 @@ def explained(
         span = Span(first.start, first.end)
         return Fault("syntax", message, source, span, "choose another label")
     here = reach(text)
-    meant = _misspelt(statement, text, here.reach, reach)
+    meant = _find_misspelt(statement, text, here.reach, reach)
     if meant is not None:
         token, word = meant
         message = f"`{token.text}` is not a word of the language"
@@ -81,22 +81,22 @@ def explained(
         span = Span(statement.span.end, statement.span.end)
         message, at = "the statement ends too early", len(text)
     else:
-        token = _token_at(statement, base + here.reach)
+        token = _find_token(statement, base + here.reach)
         span = Span(token.start, token.end)
         message, at = f"`{token.text[:30]}` cannot stand here", token.start - base
-    wanted = _wanted(here.expected)
+    wanted = _describe_wanted(here.expected)
     hint = hint_of_phrase(text, at) or (f"expected {wanted}" if wanted else "")
     return Fault("syntax", message, source, span, hint)
 
 
-def _token_at(statement: Statement, offset: int) -> Token:
+def _find_token(statement: Statement, offset: int) -> Token:
     for token in statement.tokens:
         if token.end > offset:
             return token
     return statement.tokens[-1]
 
 
-def _misspelt(
+def _find_misspelt(
     statement: Statement, text: str, reached: int, reach: Callable[[str], Parsing]
 ) -> tuple[Token, str] | None:
     base = statement.span.start
@@ -142,7 +142,7 @@ _GROUPS = {
 _SIGNS = {"EQUAL": "=", "PLUS": "+", "MINUS": "-", "STAR": "*", "SLASH": "/"}
 
 
-def _wanted(expected: Iterable[str]) -> str:
+def _describe_wanted(expected: Iterable[str]) -> str:
     left = set(expected)
     said = []
     for group, terminals in _GROUPS.items():
@@ -221,13 +221,13 @@ def parse(source: Source) -> Parsed:
     for span in pieces(source.text):
         layout = laid_out(source, span)
         faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
-        found += _statements(source, layout, faults)
+        found += _iter_statements(source, layout, faults)
         comments += layout.comments
     if not found and not faults:
         hint = "begin with `model NAME`"
         message = "the file has no model"
         faults.append(Fault("empty-file", message, source, Span(0, 0), hint, Severity.WARNING))
-    file = _file(source, tuple(comments), found, faults)
+    file = _make_file(source, tuple(comments), found, faults)
     return Parsed(file, tuple(sorted(faults, key=_order)))
 
 
@@ -235,7 +235,7 @@ def _order(fault: Fault) -> tuple[int, int]:
     return fault.span.start, fault.span.end
 
 
-def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator[object]:
+def _iter_statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator[object]:
     for statement in layout.statements:
         if len(faults) >= MOST_FAULTS:
             return
@@ -243,7 +243,7 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
             # Its brackets or texts have a fault already.
             continue
         if len(statement.tokens) > LONGEST:
-            faults.append(_too_deep(source, statement.span, "this statement is too long"))
+            faults.append(_report_too_deep(source, statement.span, "this statement is too long"))
             continue
         node = _parse_statement(source, statement, faults)
         if node is not None:
@@ -256,15 +256,17 @@ def _parse_statement(source: Source, statement: Statement, faults: list[Fault]) 
     except UnexpectedInput:
         faults.append(explained(source, statement, _reach))
         return None
-    if len(statement.tokens) > DEEPEST and _depth(node) > DEEPEST:
-        faults.append(_too_deep(source, statement.span, "this statement is nested too deeply"))
+    if len(statement.tokens) > DEEPEST and _measure_depth(node) > DEEPEST:
+        faults.append(
+            _report_too_deep(source, statement.span, "this statement is nested too deeply")
+        )
         return None
     # The first word of a statement, which names its rule, belongs to it.
     node = s.moved(node, statement.span.start)
     return node if isinstance(node, s.Model | s.Text) else replace(node, span=statement.span)  # type: ignore[type-var]
 
 
-def _too_deep(source: Source, span: Span, message: str) -> Fault:
+def _report_too_deep(source: Source, span: Span, message: str) -> Fault:
     return Fault("too-deep", message, source, span, "use `define` and `let` for its parts")
 
 
@@ -280,7 +282,7 @@ def _reach(text: str) -> Parsing:
     return Parsing(len(text) + 1, frozenset())
 
 
-def _depth(node: object) -> int:
+def _measure_depth(node: object) -> int:
     deepest, waiting = 0, [(node, 1)]
     while waiting:
         one, depth = waiting.pop()
@@ -292,7 +294,7 @@ def _depth(node: object) -> int:
 # ------------------------------------------------------------------ assembly
 
 
-def _file(
+def _make_file(
     source: Source, comments: tuple[s.Comment, ...], found: list[object], faults: list[Fault]
 ) -> s.File:
     first: list[s.Statement] = []
@@ -319,13 +321,13 @@ def _file(
             case _:
                 target = statements if models else first
                 if not models and not isinstance(node, (s.Use, s.Let, s.Define)):
-                    faults.append(_no_model(source, node))
+                    faults.append(_report_no_model(source, node))
                 else:
                     target.append(node)  # type: ignore[arg-type]
     finish()
     return s.File(source, tuple(first), tuple(models), comments)
 
 
-def _no_model(source: Source, node: object) -> Fault:
+def _report_no_model(source: Source, node: object) -> Fault:
     message = "this stands before the first model: only `use`, `let` and `define` may"
     return Fault("no-model", message, source, node.span, "begin with `model NAME`")  # type: ignore[attr-defined]
