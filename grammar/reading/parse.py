@@ -194,11 +194,33 @@ class Parsed:
     faults: tuple[Fault, ...]
 
 
+class _WholeWords:
+    """Refuses words that are run together: Lark would take `ofheight` for `of height`."""
+
+    always_accept = ()
+
+    def process(self, stream: Iterator[LarkToken]) -> Iterator[LarkToken]:
+        before: LarkToken | None = None
+        for token in stream:
+            if (
+                before is not None
+                and before.type != "NUMBER"
+                and before.end_pos == token.start_pos
+                and f"{before[-1]}{token[0]}".replace("_", "a").isalnum()
+            ):
+                word = LarkToken.new_borrow_pos("NAME", before + token, before)
+                raise UnexpectedToken(word, {})  # type: ignore[no-untyped-call]
+            yield token
+            before = token
+
+
 @cache
 def statement_parser(*, trees: bool = False) -> Lark:
     """Return the parser of one statement, which makes syntax, or trees, as it reduces."""
     grammar, maker = GRAMMAR.read_text(encoding="utf-8"), None if trees else TreeToSyntax()
-    return Lark(grammar, parser="lalr", maybe_placeholders=True, transformer=maker)
+    return Lark(
+        grammar, parser="lalr", maybe_placeholders=True, transformer=maker, postlex=_WholeWords()
+    )
 
 
 def statement_trees(source: Source) -> Iterator[Tree[LarkToken]]:

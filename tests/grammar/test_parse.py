@@ -223,6 +223,12 @@ def test_a_faulty_statement_is_blamed_at_the_word_that_is_wrong(
     assert len(parsed.file.models[0].parts) == 1
 
 
+@pytest.mark.parametrize("line", ["a: tilt(x) at most 5 % oftilt(x)", "a: x is notlevel y"])
+def test_words_that_are_run_together_are_no_words(line: str) -> None:
+    (fault,) = parse(Source("m", f"model m\n{line}")).faults
+    assert fault.code == "syntax"
+
+
 def test_all_faults_of_a_file_are_reported_at_once_in_its_order() -> None:
     lines = ["model m", "fase a", "face b", "c: (x", "d: x at y", '"doc', "e: x is y"]
     parsed = parse(Source("m", "\n".join(lines)))
