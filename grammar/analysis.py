@@ -1,24 +1,18 @@
-"""A model file, read and checked: the one door for the compiler, the commands and the editor."""
+"""A model file, read and checked: for the compiler, the commands and the editor."""
 
-import gc
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.model import check_file, check_model
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
-from facetlog.grammar.lint.allowed import not_allowed
-from facetlog.grammar.lint.lint import KnowledgeMemo, lint
-from facetlog.grammar.passes.memo import Fingerprints, Memo
+from facetlog.grammar.lint.allowed import drop_allowed
+from facetlog.grammar.lint.lint import lint
 from facetlog.grammar.resolve import FlatModel, flat_models
 from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
-from facetlog.grammar.vocabulary import VOCABULARY, Kinds, Word
-
-__all__ = ["PASSES", "Analysis", "Memory", "analyse"]
-
+from facetlog.grammar.vocabulary import VOCABULARY, Word
 
 _LACKING = frozenset({"no-parts", "no-lines"})
 
@@ -50,175 +44,46 @@ class Analysis:
         return tuple(f for f in self.faults if f.severity is Severity.ERROR)
 
 
-References = tuple[tuple[str, s.Name], ...]
-"""The models that one refers to, with where it does."""
+References = Mapping[str, tuple[tuple[str, s.Name], ...]]
+"""The models that each model refers to, with where it does."""
 
 
-@dataclass(slots=True)
-class Memory:
-    """What analyses of one file as it is edited have found out, for the next of them."""
+def analyse(path: Path, text: str | None = None, *, read: Read = read_text) -> Analysis:
+    """Read and check a model file; `text` takes the place of the file's own.
 
-    checked: Memo[References] = field(default_factory=Memo)
-    known: KnowledgeMemo = field(default_factory=Memo)
-
-
-def analyse(
-    path: Path,
-    text: str | None = None,
-    *,
-    read: Read = read_text,
-    memory: Memory | None = None,
-) -> Analysis:
-    """Reads and checks a model file; `text` takes the place of the file's own.
-
-    Never raises for anything that the file holds: what is wrong is in `faults`. With the `memory`
-    of analyses of the same file, only what has changed since the last is looked at.
+    Never raises for anything that the file holds: what is wrong is in `faults`.
     """
-    with _collector_paused():
-        draft = _Draft(path, text, read, memory)
-        for step in PASSES:
-            step(draft)
-        return draft.analysis()
-
-
-@contextmanager
-def _collector_paused() -> Iterator[None]:
-    """Keeps Python's collector of cycles from walking the growing tree again and again.
-
-    A tree has no cycles; for a thousand models the walks took as long as all the rest.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            if gc.get_freeze_count() == 0:
-                # All that is new counts as old, without a walk through it on the way out.
-                gc.freeze()
-                gc.unfreeze()
-            gc.enable()
-
-
-# ----------------------------------------------------------------------- passes
-
-
-@dataclass(slots=True)
-class _Draft:
-    """An analysis as its passes make it, each from what those before it have found."""
-
-    path: Path
-    text: str | None
-    read: Read
-    memory: Memory | None
-    faults: list[Fault] = field(default_factory=list)
-    library: Library = field(init=False)
-    words: Mapping[str, Word] = field(init=False)
-    models: Mapping[str, FlatModel] = field(init=False)
-    scopes: Mapping[str, Scope] = field(init=False)
-    roles: Mapping[str, Mapping[str, Kinds]] = field(init=False)
-    prints: Fingerprints | None = None
-    references: dict[str, References] = field(default_factory=dict)
-
-    def analysis(self) -> Analysis:
-        main = self.library.main
-        names = (model.name.text for model in main.models)
-        own = {name: self.models[name] for name in names if name in self.models}
-        faults = _sorted(self.faults, main)
-        return Analysis(self.library, own, self.models, self.scopes, self.words, faults)
-
-
-def _read(draft: _Draft) -> None:
-    """The file, and the files that it uses."""
-    draft.library = read_library(draft.path, draft.text, draft.read)
-    draft.faults.extend(draft.library.faults)
-    own = draft.library.words.values()
-    draft.words = {**VOCABULARY, **{word.name: word for one in own for word in one.words}}
-
-
-def _resolve(draft: _Draft) -> None:
-    """What models inherit, and what their names stand for."""
-    draft.models = flat_models(draft.library.files.values(), draft.faults)
-    draft.roles = roles = model_roles(draft.models, draft.library)
-    draft.words = {n: word for n, word in draft.words.items() if not (word.yields and n in roles)}
-    models = draft.models.items()
-    draft.scopes = {name: model_scope(model, draft.words, roles) for name, model in models}
-    if draft.memory is not None:
-        draft.prints = Fingerprints(draft.library, draft.models, roles)
-        draft.memory.checked.begin()
-        draft.memory.known.begin()
-
-
-def _check_files(draft: _Draft) -> None:
-    """What stands before the first model of each file."""
-    for file in draft.library.files.values():
-        draft.faults.extend(check_file(file_scope(file, draft.words, draft.roles)))
-
-
-def _check_models(draft: _Draft) -> None:
-    """Names, kinds and dimensions in each model."""
+    library = read_library(path, text, read)
+    main = library.main
+    faults = list(library.faults)
+    words = {**VOCABULARY, **{w.name: w for own in library.words.values() for w in own.words}}
+    models = flat_models(library.files.values(), faults)
+    roles = model_roles(models, library)
+    words = {n: word for n, word in words.items() if not (word.yields and n in roles)}
+    scopes = {name: model_scope(model, words, roles) for name, model in models.items()}
+    for file in library.files.values():
+        faults += check_file(file_scope(file, words, roles))
     # What could not be read may be what a model seems to lack.
-    unread = {fault.source for fault in draft.library.faults}
-    for name, scope in draft.scopes.items():
-        draft.references[name], faults = _checked(scope, draft)
-        draft.faults.extend(f for f in faults if f.code not in _LACKING or f.source not in unread)
+    unread = {fault.source for fault in library.faults}
+    references = {}
+    for name, scope in scopes.items():
+        found = check_model(scope)
+        references[name] = tuple(found.references)
+        faults += (f for f in found.faults if f.code not in _LACKING or f.source not in unread)
+    faults += _find_circles(models, references)
+    faults += lint(scopes, main, faults)
 
-
-def _checked(scope: Scope, draft: _Draft) -> tuple[References, tuple[Fault, ...]]:
-    model, memory, prints = scope.model, draft.memory, draft.prints
-    start = model.written.span.start
-    kept = memory.checked.take(model, prints) if memory is not None and prints else None
-    if kept is None:
-        checked = check_model(scope)
-        references = tuple((name, s.moved(where, -start)) for name, where in checked.references)
-        if memory is not None and prints is not None:
-            memory.checked.keep(model, prints, references, checked.faults)
-        return tuple(checked.references), checked.faults
-    # Places are kept from the model's own beginning.
-    return tuple((name, s.moved(where, start)) for name, where in kept[0]), kept[1]
-
-
-def _find_circles(draft: _Draft) -> None:
-    """Models that must be judged to judge themselves."""
-    draft.faults.extend(_circles(draft.models, draft.references))
-
-
-def _lint(draft: _Draft) -> None:
-    """What is odd about models without errors."""
-    known = draft.memory.known if draft.memory is not None else None
-    found = lint(draft.scopes, draft.library.main, draft.faults, draft.prints, known)
-    draft.faults.extend(found)
-
-
-def _allow(draft: _Draft) -> None:
-    """Warnings that the author allows are no faults."""
-    draft.faults = list(not_allowed(draft.library.main, draft.faults))
-
-
-PASSES: tuple[Callable[[_Draft], None], ...] = (
-    _read,
-    _resolve,
-    _check_files,
-    _check_models,
-    _find_circles,
-    _lint,
-    _allow,
-)
-"""The passes of an analysis, in their order."""
-
-
-def _sorted(faults: Iterable[Fault], main: s.File) -> tuple[Fault, ...]:
     def order(fault: Fault) -> tuple[bool, str, int, int]:
         other = fault.source is not main.source
         return other, fault.source.name, fault.span.start, fault.span.end
 
-    return tuple(dict.fromkeys(sorted(faults, key=order)))
+    shown = tuple(dict.fromkeys(sorted(drop_allowed(main, faults), key=order)))
+    own = {m.name.text: models[m.name.text] for m in main.models if m.name.text in models}
+    return Analysis(library, own, models, scopes, words, shown)
 
 
-def _circles(
-    models: Mapping[str, FlatModel], references: Mapping[str, References]
-) -> Iterator[Fault]:
-    """Models that must be judged to judge themselves, directly or not."""
+def _find_circles(models: Mapping[str, FlatModel], references: References) -> Iterator[Fault]:
+    """Find models that must be judged to judge themselves, directly or not."""
     needs: dict[str, tuple[str, ...]] = {}
     for name, model in models.items():
         parent = model.written.parent

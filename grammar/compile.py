@@ -15,15 +15,13 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.compiling.joins import candidate_clauses
 from facetlog.grammar.compiling.lines import line_clauses
-from facetlog.grammar.compiling.sets import set_shapes
 from facetlog.grammar.compiling.tests import Writer, WriterOf
+from facetlog.grammar.compiling.writer import set_shapes
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.terms import Atom, Clause, Struct, Text
 from facetlog.plain_text import plain_text
-
-__all__ = ["Program", "compiled"]
 
 _DIRECTIVE = re.compile(r"^:-[^.]*\.[ \t]*$", re.MULTILINE)
 
@@ -74,15 +72,15 @@ def compiled(analysis: Analysis) -> Program:
         raise RuleSyntaxError(text)
     clauses: list[Clause] = []
     for name in analysis.models:
-        clauses += _model_clauses(analysis.scopes[name])
-    clauses = _by_predicate(clauses)
+        clauses += _compile_model(analysis.scopes[name])
+    clauses = _group_by_predicate(clauses)
     path = Path(analysis.file.source.name)
     words = tuple((used.name, own.source.text) for used, own in analysis.library.words.items())
     module = path.stem if path.suffix == ".model" else "models"
-    return Program(module, tuple(analysis.models), tuple(clauses), _needs(analysis), words)
+    return Program(module, tuple(analysis.models), tuple(clauses), _find_needs(analysis), words)
 
 
-def _by_predicate(clauses: list[Clause]) -> list[Clause]:
+def _group_by_predicate(clauses: list[Clause]) -> list[Clause]:
     """Clauses of one predicate stand together; otherwise in the order in which they were made."""
     order: dict[tuple[str, int], list[Clause]] = {}
     for clause in clauses:
@@ -90,19 +88,21 @@ def _by_predicate(clauses: list[Clause]) -> list[Clause]:
     return [clause for some in order.values() for clause in some]
 
 
-def _needs(analysis: Analysis) -> tuple[Path, ...]:
+def _find_needs(analysis: Analysis) -> tuple[Path, ...]:
     """The files of the models that this file's models ask about, and that are not built in."""
     files = {
         model.name.text: path
         for path, file in analysis.library.files.items()
         for model in file.models
     }
-    referred = {name for model in analysis.models for name in _referred(analysis.scopes[model])}
+    referred = {
+        name for model in analysis.models for name in _iter_referred(analysis.scopes[model])
+    }
     found = {files[name] for name in referred if name in files and name not in analysis.models}
     return tuple(sorted(path for path in found if path.parent != BUILTIN))
 
 
-def _referred(scope: Scope) -> Iterator[str]:
+def _iter_referred(scope: Scope) -> Iterator[str]:
     for symbol in scope.symbols.values():
         if symbol.model:
             yield symbol.model
@@ -117,7 +117,7 @@ def _place(model: FlatModel, offset: int) -> str:
     return f"{Path(source.name).name}:{source.line_and_column(offset)[0]}"
 
 
-def _model_clauses(scope: Scope) -> list[Clause]:
+def _compile_model(scope: Scope) -> list[Clause]:
     model = scope.model
     name = Atom(model.name)
     shapes = set_shapes(scope)

@@ -7,8 +7,6 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.units import UNITS, Dimension
 
-__all__ = ["Constant", "constant", "quantity"]
-
 DEEPEST = 50
 """Constants made of constants; a circle is no constant either."""
 
@@ -31,17 +29,17 @@ def quantity(node: s.Quantity) -> Constant | None:
     if node.unit is not None and unit is None:
         return None
     factor, dimension = (unit.factor, unit.dimension) if unit else (1.0, Dimension.NUMBER)
-    return _bounded(
-        _product(node.value, factor), dimension, node.unit is not None and unit is UNITS["%"]
+    return _check_bounds(
+        _multiply(node.value, factor), dimension, node.unit is not None and unit is UNITS["%"]
     )
 
 
-def _product(value: float, factor: float) -> float:
+def _multiply(value: float, factor: float) -> float:
     """80 % is 0.8 and not 0.8000000000000002: the decimal that a person means."""
     return float(f"{value * factor:.15g}")
 
 
-def _bounded(value: float, dimension: Dimension, percent: bool = False) -> Constant | None:
+def _check_bounds(value: float, dimension: Dimension, percent: bool = False) -> Constant | None:
     sound = value == 0 or LEAST <= abs(value) <= GREATEST
     return Constant(value, dimension, percent) if sound else None
 
@@ -60,7 +58,7 @@ def constant(
         case s.Quantity():
             return quantity(node)
         case s.Reference(name):
-            return _named(name.text, lets, known)
+            return _look_up(name.text, lets, known)
         case s.Negative(operand):
             found = constant(operand, lets, known)
             return found and Constant(-found.value, found.dimension, found.percent)
@@ -68,18 +66,18 @@ def constant(
             part, of = quantity(share), constant(whole, lets, known)
             if part is None or of is None or part.dimension is not Dimension.NUMBER:
                 return None
-            return _bounded(_product(part.value, of.value), of.dimension)
+            return _check_bounds(_multiply(part.value, of.value), of.dimension)
         case s.Arithmetic():
             left = constant(node.left, lets, known)
             right = constant(node.right, lets, known)
             if left is None or right is None:
                 return None
-            return _combined(node.sign, left, right)
+            return _combine(node.sign, left, right)
         case _:
             return None
 
 
-def _named(
+def _look_up(
     name: str, lets: Mapping[str, Owned[s.Let]], known: dict[str, Constant | None]
 ) -> Constant | None:
     if name not in known:
@@ -90,7 +88,7 @@ def _named(
     return known[name]
 
 
-def _combined(sign: str, left: Constant, right: Constant) -> Constant | None:
+def _combine(sign: str, left: Constant, right: Constant) -> Constant | None:
     dimension = combined_dimension(sign, left.dimension, right.dimension)
     if dimension is None:
         return None
@@ -99,7 +97,7 @@ def _combined(sign: str, left: Constant, right: Constant) -> Constant | None:
         return None
     value = {"+": a + b, "-": a - b, "*": a * b}[sign] if sign != "/" else a / b
     percent = left.percent and right.percent and sign in "+-"
-    return _bounded(float(f"{value:.15g}"), dimension, percent)
+    return _check_bounds(float(f"{value:.15g}"), dimension, percent)
 
 
 def combined_dimension(sign: str, left: Dimension, right: Dimension) -> Dimension | None:

@@ -10,13 +10,9 @@ from typing import TypeAlias
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.missing_unit import missing_unit
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, missing_unit, respelling, said
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
-
-__all__ = ["Builders", "all_faults", "examples_of", "scene_faults", "sizes_si"]
 
 Builders: TypeAlias = Mapping[str, Mapping[str, Dimension]]
 """The sizes of each builder, and what they are: a length, an angle, or a number (of pieces)."""

@@ -14,8 +14,6 @@ from facetlog.grammar.scope import Scope
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import Gives
 
-__all__ = ["ABOUT", "FADING", "SHARE", "default_share", "fades_over", "gives_count", "soft_share"]
-
 FADING = "fading"
 """The name of the constant that says over which share of them the limits of a model fade."""
 
@@ -61,23 +59,23 @@ def fades_over(node: s.Comparison, scope: Scope) -> str:
     share = soft_share(node, scope)
     if node.fading is None and node.comparator is not s.Comparator.ABOUT and not share:
         return "does not fade"
-    slopes = tuple(_slopes(node, scope, share))
+    slopes = tuple(_iter_slopes(node, scope, share))
     if slopes:
         return "fades " + " and ".join(f"from {low} to {high}" for low, high in slopes)
     if share:
-        of = _shown(Constant(share, Dimension.NUMBER, percent=True))
+        of = _format_constant(Constant(share, Dimension.NUMBER, percent=True))
         return f"fades over {of} of its limit to either side"
     return "fades beyond its limit"
 
 
-def _slopes(node: s.Comparison, scope: Scope, share: float) -> Iterator[tuple[str, str]]:
+def _iter_slopes(node: s.Comparison, scope: Scope, share: float) -> Iterator[tuple[str, str]]:
     """The ends of each slope, the lower one first; none where a limit is measured."""
     limit = constant(node.limit, scope.lets)
     second = constant(node.second, scope.lets) if node.second is not None else None
     beyond = constant(node.fading, scope.lets) if node.fading is not None else None
     if limit is None or (node.second is not None and second is None):
         return
-    low, high = _edges(node.comparator, limit, second)
+    low, high = _find_edges(node.comparator, limit, second)
     if share:
         scale = (high - low) / 2 if low is not None and high is not None else abs(limit.value)
         inwards = outwards = share * abs(scale)
@@ -89,12 +87,12 @@ def _slopes(node: s.Comparison, scope: Scope, share: float) -> Iterator[tuple[st
     else:
         return
     if low is not None:
-        yield _shown(limit, low - outwards), _shown(limit, low + inwards)
+        yield _format_constant(limit, low - outwards), _format_constant(limit, low + inwards)
     if high is not None:
-        yield _shown(limit, high - inwards), _shown(limit, high + outwards)
+        yield _format_constant(limit, high - inwards), _format_constant(limit, high + outwards)
 
 
-def _edges(
+def _find_edges(
     comparator: s.Comparator, limit: Constant, second: Constant | None
 ) -> tuple[float | None, float | None]:
     match comparator:
@@ -113,7 +111,7 @@ def _edges(
     return limit.value - width, limit.value + width
 
 
-def _shown(like: Constant, value: float | None = None) -> str:
+def _format_constant(like: Constant, value: float | None = None) -> str:
     number = like.value if value is None else value
     if like.percent:
         return f"{100 * number:.4g} %"

@@ -9,8 +9,6 @@ from types import MappingProxyType
 
 from facetlog.grammar.faults import Severity
 
-__all__ = ["FAULT_KINDS", "FaultKind", "example_file"]
-
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 
@@ -132,51 +130,19 @@ _KINDS = (
     # What never holds
     FaultKind("contradiction", ERROR, "Conditions contradict each other.",
               "top is level, top is upright"),
-    FaultKind("impossible-angles", ERROR, "No faces can have such angles.",
-              "top is level, top is upward, side is upright, angle(top, side) at most 20 deg"),
     FaultKind("negative-width", ERROR, "A tolerance is negative.", "tilt(top) = 30 deg ± -5 deg"),
     FaultKind("never-holds", ERROR, "A condition never holds, whatever is measured.",
               "share(top) at least 110 %"),
     # Lint warnings
-    FaultKind("absolute-size", WARNING,
-              "A length in metres is required where the scale may not be known.",
-              "length(top) at least 40 cm"),
-    FaultKind("always-holds", WARNING, "A condition always holds, whatever is measured.",
-              "share(top) at least 0 %"),
-    FaultKind("idle-allowance", WARNING, "The allowed warning does not occur.",
-              "top is upward  # lint: allow said-twice"),
-    FaultKind("implied-line", WARNING, "A line follows from others.",
-              "top is level, tilt(top) at most 30 deg"),
-    FaultKind("implied-model", WARNING, "One model implies another.",
-              "model a" + _SHORT + "\nmodel b" + _PAIR),
     FaultKind("in-vain", WARNING, "A name is introduced but not used.",
               "each face x: top is level"),
-    FaultKind("label-is-part", WARNING, "A line has the name of a part.", "top: top is level"),
-    FaultKind("no-doc", WARNING, "A model has no description.",
-              "model a" + _SHORT.replace('  "It."\n', "")),
-    FaultKind("no-example", WARNING, "A model has no example.",
-              'model a\n  "It."\n  face b\n  ok: b is level'),
-    FaultKind("nothing-measured", WARNING, "A comparison measures nothing.",
-              "20 % at least 10 %"),
     FaultKind("said-twice", WARNING, "A condition is repeated.", "side adjoins top"),
-    FaultKind("same-measure", WARNING, "A measure is compared with itself.",
-              "elevation(top) at least 110 % of elevation(top)"),
-    FaultKind("too-narrow", WARNING, "A tolerance is below the accuracy of measurement.",
-              "tilt(top) = 30 deg ± 0.001 deg"),
-    FaultKind("unconnected", WARNING, "No condition relates a part to the others.",
-              "face back where back is upright"),
-    FaultKind("unconstrained", WARNING, "No required condition is about a part.",
-              "face back\n  expect: back adjoins top"),
-    FaultKind("unknown-allowance", WARNING, "The allowed warning code is unknown.",
-              "top is upward  # lint: allow said-twise"),
     FaultKind("unused-constant", WARNING, "A constant is never used.", "let square = 15 deg"),
     FaultKind("unused-definition", WARNING, "A definition is never used.",
               "define flat(f): f is level"),
     FaultKind("unused-parameter", WARNING, "A definition does not use a parameter.",
               "define flat(f): top is level\n  flat(side)"),
     FaultKind("unused-part", WARNING, "No condition is about a part.", "face back"),
-    FaultKind("zero-fading", WARNING, "The width of a fading is zero.",
-              "tilt(top) = 30 deg ± 5 deg fading 0 deg"),
     FaultKind("zero-tolerance", WARNING, "A tolerance is zero.",
               "tilt(top) = 30 deg ± 0 deg"),
 )  # fmt: skip

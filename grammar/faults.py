@@ -1,14 +1,143 @@
 """What is wrong with a model file, and how it is shown."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from enum import StrEnum
+from typing import Protocol
 
-from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar import syntax as s
 from facetlog.grammar.source import Source, Span
+from facetlog.grammar.units import UNITS, Dimension
 
-__all__ = ["ALIKE", "MOST_FAULTS", "Fault", "Severity", "nearest", "said"]
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A piece of a text, and what takes its place; an empty span is a place between letters."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Edits of the text in which a fault stands; no two of them overlap.
+
+    `title` says what is done, as a command ("write `deg`"). Only what is `sure` is done without
+    asking: that the author meant something else is then hardly possible.
+    """
+
+    title: str
+    edits: tuple[Edit, ...]
+    sure: bool
+
+    @property
+    def span(self) -> Span:
+        """From the first edit to the last."""
+        first, *rest = sorted(edit.span for edit in self.edits)
+        return first.to(rest[-1]) if rest else first
+
+
+def applied(text: str, edits: Iterable[Edit]) -> str:
+    """A text after edits that do not overlap.
+
+    >>> applied("between 9 and 4", [Edit(Span(8, 9), "4"), Edit(Span(14, 15), "9")])
+    'between 4 and 9'
+    """
+    pieces, at = [], 0
+    for edit in sorted(edits, key=lambda edit: edit.span):
+        pieces += [text[at : edit.span.start], edit.text]
+        at = edit.span.end
+    return "".join([*pieces, text[at:]])
+
+
+def insertion(title: str, at: int, text: str, *, sure: bool) -> Fix:
+    """A fix that puts something in."""
+    return Fix(title, (Edit(Span(at, at), text),), sure)
+
+
+def removal(title: str, text: str, span: Span, *, sure: bool) -> tuple[Fix, ...]:
+    """A fix that takes a statement out with its line; none if something else stands there."""
+    start = text.rfind("\n", 0, span.start) + 1
+    end = text.find("\n", span.end) + 1 or len(text)
+    if text[start : span.start].strip() or text[span.end : end].strip():
+        return ()
+    return (Fix(title, (Edit(Span(start, end), ""),), sure),)
+
+
+def swap(text: str, one: Span, other: Span, *, sure: bool) -> Fix:
+    """A fix that changes two pieces round."""
+    first, second = text[one.start : one.end], text[other.start : other.end]
+    return Fix(
+        f"change `{first}` and `{second}` round", (Edit(one, second), Edit(other, first)), sure
+    )
+
+
+SURELY_ALIKE = 0.8
+"""difflib's ratio from which a word is surely meant: one slip in five letters."""
+
+LEAD = 0.1
+"""How much more alike than any other known word it must be."""
+
+
+class Named(Protocol):
+    """A word with its place."""
+
+    @property
+    def text(self) -> str:
+        """The word."""
+
+    @property
+    def span(self) -> Span:
+        """Where it stands."""
+
+
+def alike(one: str, other: str) -> float:
+    """difflib's ratio of two words: 1 if they are the same."""
+    return SequenceMatcher(None, one, other).ratio()
+
+
+def is_slip(word: str, meant: str) -> bool:
+    """Whether a word is another one with a slip of the pen, and not a name of its own.
+
+    Names that differ in a figure, a word of theirs or their last letter are different on purpose;
+    two letters that changed places are a slip however short the word.
+
+    >>> is_slip("upwrad", "upward"), is_slip("corner_b", "corner_a"), is_slip("leg2", "leg")
+    (True, False, False)
+    >>> is_slip("titl", "tilt"), is_slip("angel", "angle")
+    (True, True)
+    """
+    if any(word == _swap_letters(meant, at) for at in range(len(meant) - 1)):
+        return not any(map(str.isdigit, word))
+    if [c for c in word if c.isdigit()] != [c for c in meant if c.isdigit()]:
+        return False
+    if word.count("_") != meant.count("_"):
+        return False
+    if len(word) == len(meant) and word[:-1] == meant[:-1]:
+        return False
+    return alike(word, meant) >= SURELY_ALIKE
+
+
+def _swap_letters(word: str, at: int) -> str:
+    return f"{word[:at]}{word[at + 1]}{word[at]}{word[at + 2 :]}"
+
+
+def respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:
+    """The fix that writes the nearest known word; none if no word is like it."""
+    found = get_close_matches(name.text, sorted(set(known)), n=2, cutoff=ALIKE)
+    if not found:
+        return ()
+    best, *others = found
+    clear = all(alike(name.text, best) >= alike(name.text, x) + LEAD for x in others)
+    return (respelt(name.span, best, sure=clear and is_slip(name.text, best)),)
+
+
+def respelt(span: Span, word: str, *, sure: bool) -> Fix:
+    """The fix that writes a word in the place of another."""
+    return Fix(f"write `{word}`", (Edit(span, word),), sure)
+
 
 MOST_FAULTS = 50
 """Faults listed of one file: who has more has sent the wrong file."""
@@ -85,3 +214,36 @@ def said(word: str, known: Iterable[str]) -> str:
     """The hint that names the nearest known word, or nothing."""
     found = nearest(word, known)
     return f"did you mean `{found}`?" if found else ""
+
+
+_USUAL = {
+    Dimension.ANGLE: ("deg",),
+    Dimension.LENGTH: ("cm", "m", "mm"),
+    Dimension.AREA: ("m2", "cm2"),
+}
+
+
+def missing_unit(
+    node: s.Expression, wanted: Dimension, beside: Iterable[s.Expression | None]
+) -> tuple[Fix, ...]:
+    """The fixes that give a number a unit; `beside` are the quantities that it stands with.
+
+    Sure if these have one unit of that dimension among them, and of an angle that is more than the
+    full turn in radians.
+    """
+    if not isinstance(node, s.Quantity) or node.unit is not None:
+        return ()
+    near = {
+        one.unit.text
+        for one in beside
+        if isinstance(one, s.Quantity) and one.unit is not None
+        if one.unit.text in UNITS and UNITS[one.unit.text].dimension is wanted
+    }
+    units = (*sorted(near), *(u for u in _USUAL.get(wanted, ()) if u not in near))
+    sure = len(near) == 1
+    if not near and wanted is Dimension.ANGLE:
+        sure = node.value > 2 * math.pi
+    return tuple(
+        insertion(f"write the unit `{unit}`", node.span.end, f" {unit}", sure=sure and i == 0)
+        for i, unit in enumerate(units)
+    )

@@ -11,20 +11,165 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.reading.layout import Statement, laid_out
-from facetlog.grammar.reading.parse import LARGEST, parse
-from facetlog.grammar.reading.readable import Readable
+from facetlog.grammar.reading.layout import STATEMENT_WORDS, Statement, Token, laid_out
+from facetlog.grammar.reading.parse import LARGEST, Readable, parse
 from facetlog.grammar.source import Source
-from facetlog.grammar.statement_lines import (
-    WIDTH,
-    canonical,
-    has_reason,
-    kept_lines,
-    one_line,
-    over_lines,
+
+WIDTH = 100
+"""Characters of a line; what has no place to be broken at may be longer."""
+
+HANGING = "    "
+"""What the further lines of a statement are indented by: more than statements, so that it shows."""
+
+# Words before an opening bracket that it is no argument list of.
+_BEFORE_BRACKET = frozenset(
+    ("and", "or", "not", "of", "where", "at", "least", "most", "between", "about", "is", "fading")
 )
 
-__all__ = ["differences", "formatted"]
+_NO_GAP_BEFORE = frozenset(",:.)°")
+_NO_GAP_AFTER = frozenset("(.")
+_NO_REASON = ("use", "model", "example")
+
+
+def canonical(token: Token) -> Token:
+    """The token as it is written."""
+    return token._replace(text="±") if token.text == "+/-" else token
+
+
+def has_reason(tokens: Sequence[Token]) -> bool:
+    """Whether a statement ends with a text that says why or what it is."""
+    last = tokens[-1]
+    return last.kind == "string" and len(tokens) > 1 and tokens[0].text not in _NO_REASON
+
+
+def one_line(tokens: Sequence[Token]) -> str:
+    """The tokens with a blank where people write one.
+
+    >>> from facetlog.grammar.reading.layout import laid_out
+    >>> one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
+    'angle(a, b) = 90 deg ± -5 %'
+    """
+    return "".join(gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True))
+
+
+def _iter_gaps(tokens: Sequence[Token]) -> Iterator[str]:
+    """What stands before each token."""
+    before: Token | None = None
+    leads = False
+    for token in tokens:
+        bare = (
+            before is None
+            or leads
+            or token.text in _NO_GAP_BEFORE
+            or before.text in _NO_GAP_AFTER
+            or (token.text == "(" and before.kind == "word" and before.text not in _BEFORE_BRACKET)
+        )
+        yield "" if bare else " "
+        # A minus that no measure stands before turns the sign of what follows.
+        leads = token.text == "-" and (before is None or _wants_measure(before))
+        before = token
+
+
+def _wants_measure(token: Token) -> bool:
+    if token.kind == "sign":
+        return token.text not in (")", "%", "°")
+    return token.kind == "word" and token.text in _BEFORE_BRACKET
+
+
+# ------------------------------------------------------------------- breaks
+
+
+@dataclass(frozen=True, slots=True)
+class _Break:
+    """A place where a line may end: before which token; the loosest binding has the least rank."""
+
+    token: int
+    rank: tuple[int, int]
+
+
+_COMMA, _OR, _AND, _TIGHT = range(4)
+
+
+def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
+    """The tokens in lines of at most `room` characters, as far as there are places to break.
+
+    Each line ends at the loosest comma, `or` or `and` that it has room for, the last one of these.
+    `tail` stands behind the last token.
+    """
+    pieces = [gap + token.text for gap, token in zip(_iter_gaps(tokens), tokens, strict=True)]
+    places = [0]
+    for piece in pieces:
+        places.append(places[-1] + len(piece))
+    breaks = list(_iter_breaks(tokens))
+    start, at, indent = 0, 0, ""
+    while True:
+        left = places[-1] - places[start] + len(tail)
+        if left <= room - len(indent) or at >= len(breaks):
+            break
+        chosen = at
+        for i in range(at + 1, len(breaks)):
+            if places[breaks[i].token] - places[start] > room - len(indent):
+                break
+            if breaks[i].rank <= breaks[chosen].rank:
+                chosen = i
+        end = breaks[chosen].token
+        yield indent + "".join(pieces[start:end]).strip()
+        start, at, indent = end, chosen + 1, HANGING
+    yield indent + "".join(pieces[start:]).strip() + tail
+
+
+def _iter_breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
+    """The places where a line may end and the statement go on: after commas, before `and`, `or`."""
+    # Of each bracket that is open: the `between`s whose `and` is still to come.
+    pending = [0]
+    for i, token in enumerate(tokens):
+        depth = len(pending)
+        if token.text == "(":
+            pending.append(0)
+        elif token.text == ")":
+            pending.pop()
+        elif token.text == "between":
+            pending[-1] += 1
+        elif token.text == "and" and pending[-1]:
+            pending[-1] -= 1
+        elif token.text in ("and", "or") and i > 0:
+            yield _Break(i, (depth, _AND if token.text == "and" else _OR))
+        elif token.text == "," and _can_start_line(tokens, i + 1):
+            yield _Break(i + 1, (depth, _TIGHT if _is_name_list(tokens, i) else _COMMA))
+
+
+def _can_start_line(tokens: Sequence[Token], i: int) -> bool:
+    """Whether a line may begin with this token: not if it would begin a statement."""
+    if i + 1 >= len(tokens):
+        return i < len(tokens) and tokens[i].text not in STATEMENT_WORDS
+    return tokens[i].text not in STATEMENT_WORDS and tokens[i + 1].text != ":"
+
+
+def _is_name_list(tokens: Sequence[Token], comma: int) -> bool:
+    """Whether a comma stands in a list of names before `:`, `of` or `where`."""
+    i = comma
+    while i + 2 < len(tokens) and tokens[i].text == "," and tokens[i + 1].kind == "word":
+        i += 2
+    return tokens[i].text in (":", "of", "where")
+
+
+# ----------------------------------------------------------------- comments
+
+
+def kept_lines(
+    source: Source, tokens: Sequence[Token], comments: Sequence[s.Comment]
+) -> Iterator[str]:
+    """The lines of a statement with comments in it, which keep their places."""
+    lines: dict[int, list[Token]] = {}
+    for token in tokens:
+        lines.setdefault(source.line_and_column(token.start)[0], []).append(token)
+    behind = {source.line_and_column(c.span.start)[0]: c.text for c in comments}
+    indent = ""
+    for number in sorted(lines.keys() | behind.keys()):
+        texts = [one_line(lines.get(number, [])), behind.get(number, "")]
+        yield indent + "  ".join(text for text in texts if text)
+        indent = HANGING
+
 
 INDENT = "  "
 """Of what stands inside a model."""
@@ -46,7 +191,7 @@ def formatted(source: Source) -> str:
     line_end = "\r\n" if source.text[max(first_end - 1, 0) : first_end] == "\r" else "\n"
     plain = Source(source.name, _CARRIAGE_RETURNS.sub("", source.text))
     lines: list[str] = []
-    for block in _aligned(list(_blocks(plain))):
+    for block in _align(list(_iter_blocks(plain))):
         if lines and (block.apart or block.blank_before):
             lines.append("")
         lines.extend(block.whole_lines())
@@ -90,22 +235,22 @@ class _Block:
         yield self.indent + APART.join(text for text in ends if text)
 
 
-def _aligned(blocks: Sequence[_Block]) -> Iterator[_Block]:
+def _align(blocks: Sequence[_Block]) -> Iterator[_Block]:
     """The blocks, with the reasons of each run of lines in one column if all of them fit."""
     run: list[_Block] = []
     for block in blocks:
         joins = block.reason and not block.blank_before and not block.apart
         if run and not (joins and block.indent == run[0].indent):
-            yield from _in_column(run)
+            yield from _align_run(run)
             run = []
         if block.reason:
             run.append(block)
         else:
             yield block
-    yield from _in_column(run)
+    yield from _align_run(run)
 
 
-def _in_column(run: Sequence[_Block]) -> Iterable[_Block]:
+def _align_run(run: Sequence[_Block]) -> Iterable[_Block]:
     if not run:
         return run
     column = max(len(block.lines[0]) for block in run)
@@ -118,7 +263,7 @@ def _in_column(run: Sequence[_Block]) -> Iterable[_Block]:
 # ------------------------------------------------------------------- blocks
 
 
-def _blocks(source: Source) -> Iterator[_Block]:
+def _iter_blocks(source: Source) -> Iterator[_Block]:
     layout = laid_out(source)
     readable = Readable(parse(source).file)
     comments = list(layout.comments)
@@ -129,12 +274,12 @@ def _blocks(source: Source) -> Iterator[_Block]:
             at += 1
         between = comments[first:at]
         own_from = at
-        while at < len(comments) and _belongs(source, comments[at], statement):
+        while at < len(comments) and _is_at(source, comments[at], statement):
             at += 1
         own = comments[own_from:at]
         opens = statement.tokens[0].text == "model"
         begun = False
-        for block in _comments(source, between, end, inside, before_model=opens):
+        for block in _iter_comments(source, between, end, inside, before_model=opens):
             yield block
             begun = begun or block.apart
         if between:
@@ -143,25 +288,25 @@ def _blocks(source: Source) -> Iterator[_Block]:
         apart = opens and not begun and (inside or not between)
         inside = inside or opens
         indent = INDENT if inside and not opens else ""
-        blank = _blank(source, end, statement.span.start)
-        block = _statement(source, statement, own, indent, readable.has(statement.span))
+        blank = _has_blank(source, end, statement.span.start)
+        block = _format_statement(source, statement, own, indent, readable.has(statement.span))
         yield replace(block, blank_before=blank, apart=apart)
         end = max(statement.span.end, own[-1].span.end if own else 0)
-    yield from _comments(source, comments[at:], end, inside, before_model=True)
+    yield from _iter_comments(source, comments[at:], end, inside, before_model=True)
 
 
-def _belongs(source: Source, comment: s.Comment, statement: Statement) -> bool:
+def _is_at(source: Source, comment: s.Comment, statement: Statement) -> bool:
     """Whether a comment stands within a statement, or behind it on its last line."""
     end = statement.span.end
     return comment.span.start < end or "\n" not in source.text[end : comment.span.start]
 
 
-def _blank(source: Source, end: int, start: int) -> bool:
+def _has_blank(source: Source, end: int, start: int) -> bool:
     """Whether a line was left blank between two places."""
     return source.text.count("\n", end, start) > 1
 
 
-def _comments(
+def _iter_comments(
     source: Source, comments: Iterable[s.Comment], end: int, inside: bool, *, before_model: bool
 ) -> Iterator[_Block]:
     """Comments between statements.
@@ -174,12 +319,12 @@ def _comments(
         if inside and before_model:
             begins = source.line_and_column(comment.span.start)[1] == 1
             inside = not begins
-        blank = _blank(source, end, comment.span.start)
+        blank = _has_blank(source, end, comment.span.start)
         yield _Block((comment.text,), INDENT if inside else "", blank, apart=begins)
         end = comment.span.end
 
 
-def _statement(
+def _format_statement(
     source: Source,
     statement: Statement,
     comments: Sequence[s.Comment],

@@ -1,8 +1,6 @@
 """A model file and the files that it uses."""
 
-import re
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -11,10 +9,8 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.reading.parse import LARGEST, parse
-from facetlog.grammar.source import NOWHERE, Source, Span
+from facetlog.grammar.source import NOWHERE, Source
 from facetlog.regular_file import read_regular
-
-__all__ = ["BUILTIN", "Library", "Read", "builtin_names", "read_library", "read_text"]
 
 BUILTIN = Path(__file__).resolve().parent.parent / "rules"
 """Models that every file may name without `use`."""
@@ -68,13 +64,13 @@ class _Reader:
         while waiting:
             base = waiting.pop()
             for use in self.files[base].uses:
-                used = self._used(base, use)
+                used = self._read_used(base, use)
                 if used is not None:
                     waiting.append(used)
 
-    def _used(self, base: Path, use: s.Use) -> Path | None:
+    def _read_used(self, base: Path, use: s.Use) -> Path | None:
         """The path of a model file that is used here for the first time."""
-        path = _beside(base, use.path.value)
+        path = _resolve_path(base, use.path.value)
         if path in self.files or path in self.words:
             return None
         source = self.files[base].source
@@ -91,7 +87,11 @@ class _Reader:
         try:
             text = self.read(path)
         except (OSError, ValueError) as error:
-            why = "there is no such file" if isinstance(error, FileNotFoundError) else _why(error)
+            why = (
+                "there is no such file"
+                if isinstance(error, FileNotFoundError)
+                else _get_reason(error)
+            )
             self.faults.append(
                 Fault("use", f"`{use.path.value}` cannot be read: {why}", source, use.path.span)
             )
@@ -109,7 +109,7 @@ class _Reader:
             defined = {m.name.text for f in self.files.values() for m in f.models}
             defined |= {m for own in self.words.values() for m in own.models}
             free = builtin_names() - defined
-            named = {n for f in self.files.values() for n in _models_named(f, free)}
+            named = {n for f in self.files.values() for n in _iter_models_named(f, free)}
             missing = sorted(named & free)
             if not missing:
                 return
@@ -119,16 +119,15 @@ class _Reader:
                 self.follow(path)
 
 
-def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
+def _iter_models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     """The names of these models, and others: parents, kinds of parts, properties."""
     if not models:
         return
-    places = _Places(file, models)
     for model in file.models:
         if model.parent is not None:
             yield model.parent.text
         yield from (other.text for other in model.rather_than)
-        named = (x for x in model.statements if isinstance(x, _ASKING) and places.touch(x.span))
+        named = (x for x in model.statements if isinstance(x, _ASKING))
         for node in (inner for one in named for inner in s.walk(one)):
             if isinstance(node, s.Part | s.There):
                 yield node.kind.text
@@ -141,24 +140,11 @@ _ASKING = (s.Part, s.Line, s.Define)
 """Statements that can ask about a model; examples name what they build."""
 
 
-class _Places:
-    """Where the names of some models stand in a file, in the singular or the plural."""
-
-    def __init__(self, file: s.File, models: Iterable[str]) -> None:
-        words = re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(models)))})s?\b")
-        self._starts = [match.start() for match in words.finditer(file.source.text)]
-
-    def touch(self, span: Span) -> bool:
-        """Whether one stands in a piece of the text."""
-        at = bisect_left(self._starts, span.start)
-        return at < len(self._starts) and self._starts[at] < span.end
-
-
-def _why(error: Exception) -> str:
+def _get_reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def _beside(base: Path, name: str) -> Path:
+def _resolve_path(base: Path, name: str) -> Path:
     """A path as `use` writes it: beside the file that says so. `..` is resolved without links."""
     parts: list[str] = []
     for part in (base.parent / name).parts:
@@ -181,7 +167,7 @@ def read_library(path: Path, text: str | None = None, read: Read = read_text) ->
             text = read(path)
         except (OSError, ValueError) as error:
             source = Source(str(path), "")
-            message = f"the file cannot be read: {_why(error)}"
+            message = f"the file cannot be read: {_get_reason(error)}"
             fault = Fault("unreadable", message, source, NOWHERE)
             empty = s.File(source, (), (), ())
             return Library(empty, {path: empty}, {}, (fault,))

@@ -9,8 +9,6 @@ from facetlog.grammar.fading import fades_over
 from facetlog.grammar.lint.claims import in_short
 from facetlog.grammar.scope import Scope, file_scope
 
-__all__ = ["Limit", "limit_at", "limits"]
-
 
 @dataclass(frozen=True, slots=True)
 class Limit:
@@ -28,7 +26,7 @@ class Limit:
 def limits(analysis: Analysis) -> Iterator[Limit]:
     """The comparisons of the file that was analysed, in the order of its text."""
     source = analysis.file.source
-    for scope, statement in _statements(analysis):
+    for scope, statement in _iter_statements(analysis):
         for node in s.walk(statement):
             if isinstance(node, s.Comparison):
                 line, column = source.line_and_column(node.span.start)
@@ -42,7 +40,7 @@ def limit_at(analysis: Analysis, offset: int) -> Limit | None:
     return min(found, key=lambda one: one.node.span.end - one.node.span.start, default=None)
 
 
-def _statements(analysis: Analysis) -> Iterator[tuple[Scope, s.Statement]]:
+def _iter_statements(analysis: Analysis) -> Iterator[tuple[Scope, s.Statement]]:
     before = file_scope(analysis.file, analysis.words, {})
     for statement in analysis.file.statements:
         yield before, statement

@@ -17,8 +17,6 @@ from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kind, Word
 
-__all__ = ["OwnWords", "own_words"]
-
 _WORD = re.compile(
     r"^word\(\s*(?P<name>[a-z]\w*)\((?P<kinds>[^()]*)\)\s*,\s*(?P<gives>\w+)\s*,"
     r'\s*"(?P<meaning>[^"]*)"\s*\)\s*\.',
@@ -41,7 +39,7 @@ _COMMENT = re.compile(
 )
 
 
-def _blank(found: re.Match[str]) -> str:
+def _blank_comment(found: re.Match[str]) -> str:
     """Nothing in the place of a comment, so that places stay; a text as it is."""
     return re.sub(r"[^\n]", " ", found[0]) if found[0][0] in "/%" else found[0]
 
@@ -60,7 +58,7 @@ def own_words(source: Source) -> OwnWords:
     """What a Prolog file adds to the vocabulary."""
     words: list[Word] = []
     faults: list[Fault] = []
-    text = _COMMENT.sub(_blank, source.text)
+    text = _COMMENT.sub(_blank_comment, source.text)
     read = {match.start(): match for match in _WORD.finditer(text)}
     for start in (match.start() for match in _DECLARES.finditer(text)):
         match = read.get(start)
@@ -69,7 +67,7 @@ def own_words(source: Source) -> OwnWords:
             span = Span(start, start + 4)
             faults.append(Fault("own-word", "this is no word/3", source, span, hint))
             continue
-        word = _word(source, match, faults)
+        word = _read_word(source, match, faults)
         if word is not None:
             words.append(word)
     for match in _MADE.finditer(text):
@@ -84,7 +82,7 @@ def own_words(source: Source) -> OwnWords:
     return OwnWords(source, tuple(words), models, tuple(faults))
 
 
-def _word(source: Source, match: re.Match[str], faults: list[Fault]) -> Word | None:
+def _read_word(source: Source, match: re.Match[str], faults: list[Fault]) -> Word | None:
     def fault(group: str, message: str, hint: str) -> None:
         span = Span(match.start(group), match.end(group))
         faults.append(Fault("own-word", message, source, span, hint))

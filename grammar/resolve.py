@@ -6,12 +6,8 @@ from types import MappingProxyType
 from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.fix import Fix
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, Fix, respelling, said
 from facetlog.grammar.source import Source
-
-__all__ = ["FlatModel", "Owned", "flat_models", "line_label"]
 
 Node = TypeVar("Node", covariant=True)
 
@@ -108,7 +104,7 @@ class _Resolver:
 
     def all(self) -> dict[str, FlatModel]:
         for name in self.written:
-            for one in reversed(self._line_of_descent(name)):
+            for one in reversed(self._find_descent(name)):
                 if one not in self.flat:
                     self._flatten(one)
         return self.flat
@@ -125,7 +121,7 @@ class _Resolver:
         if len(self.faults) < ENOUGH:
             self.faults.append(Fault(code, message, file.source, node.span, hint, fixes=fixes))
 
-    def _line_of_descent(self, name: str) -> list[str]:
+    def _find_descent(self, name: str) -> list[str]:
         """The model, its parent, and so on, as far as they are known and no circle closes."""
         line: list[str] = []
         while name in self.written and name not in line and len(line) <= LONGEST_DESCENT:
@@ -138,7 +134,7 @@ class _Resolver:
 
     def _flatten(self, name: str) -> None:
         model, file = self.written[name]
-        parent = self._parent(model, file)
+        parent = self._find_parent(model, file)
         self.depth[name] = 0 if parent is None else self.depth[parent.name] + 1
         lets = {
             s_.name.text: Owned(s_, file, "") for s_ in file.statements if isinstance(s_, s.Let)
@@ -152,8 +148,8 @@ class _Resolver:
         ancestors: tuple[str, ...] = ()
         strict = model.ancestry is s.Ancestry.IS
         if parent is not None:
-            self._clashes(file, lets, parent.lets)
-            self._clashes(file, defines, parent.defines)
+            self._report_clashes(file, lets, parent.lets)
+            self._report_clashes(file, defines, parent.defines)
             parts, sizes = list(parent.parts), list(parent.sizes)
             lines = dict(parent.lines)
             lets |= parent.lets
@@ -161,21 +157,21 @@ class _Resolver:
             if strict:
                 ancestors = (parent.name, *parent.ancestors)
         inherited = frozenset(lines), frozenset(n for n in lets if parent and n in parent.lets)
-        self._others(model, file)
+        self._check_others(model, file)
         own: set[str] = set()
         for statement in model.statements:
             match statement:
                 case s.Part():
                     parts.append(Owned(statement, file, name))
                 case s.Line():
-                    self._line(Owned(statement, file, name), lines, inherited[0], own, strict)
+                    self._add_line(Owned(statement, file, name), lines, inherited[0], own, strict)
                 case s.Size():
                     # Sizes of one name take the inherited one's place.
                     names = {n.text for n in statement.names}
                     sizes = [z for z in sizes if not names & {n.text for n in z.node.names}]
                     sizes.append(Owned(statement, file, name))
                 case s.Let() | s.Define():
-                    self._named(statement, file, name, lets, defines, inherited[1], own, strict)
+                    self._add_named(statement, file, name, lets, defines, inherited[1], own, strict)
                 case s.Drop():
                     self._drop(statement, file, lines, parent, strict)
                 case _:
@@ -192,7 +188,7 @@ class _Resolver:
             ancestors,
         )
 
-    def _clashes(
+    def _report_clashes(
         self,
         file: s.File,
         own: Mapping[str, Owned[s.Let]] | Mapping[str, Owned[s.Define]],
@@ -204,7 +200,7 @@ class _Resolver:
                 message = f"`{name}` is something else in a model that one of this file follows"
                 self._fault("taken", message, owned.node.name, file, "choose another name")
 
-    def _parent(self, model: s.Model, file: s.File) -> FlatModel | None:
+    def _find_parent(self, model: s.Model, file: s.File) -> FlatModel | None:
         if model.parent is None:
             return None
         found = self.flat.get(model.parent.text)
@@ -215,29 +211,29 @@ class _Resolver:
         if found is None:
             if model.parent.text in self.written:
                 # It was left out: it goes round in a circle, or its line is too long.
-                if len(self._line_of_descent(model.parent.text)) > LONGEST_DESCENT:
+                if len(self._find_descent(model.parent.text)) > LONGEST_DESCENT:
                     message = f"`{model.name}` follows from more than {LONGEST_DESCENT} models"
                     self._fault("too-deep", message, model.parent, file)
                 else:
                     message = f"`{model.name}` follows from itself"
                     self._fault("cycle", message, model.parent, file)
             else:
-                self._no_model(model.parent, file)
+                self._report_no_model(model.parent, file)
         return found
 
-    def _others(self, model: s.Model, file: s.File) -> None:
+    def _check_others(self, model: s.Model, file: s.File) -> None:
         """Reports what is no model that this one's name can go before."""
         for other in model.rather_than:
             known = self.written.get(other.text)
             if other.text == model.name.text:
                 self._fault("cycle", f"`{model.name}` cannot go before itself", other, file)
             elif known is None:
-                self._no_model(other, file)
-            elif model.name.text in self._behind(other.text):
+                self._report_no_model(other, file)
+            elif model.name.text in self._find_behind(other.text):
                 message = f"`{other}` goes before `{model.name}`, too"
                 self._fault("cycle", message, other, file, "one of them has to stand first")
 
-    def _behind(self, name: str) -> set[str]:
+    def _find_behind(self, name: str) -> set[str]:
         """Whose names stand after a model's, also by way of others."""
         found: set[str] = set()
         further = [name]
@@ -250,12 +246,12 @@ class _Resolver:
             found |= others
         return found
 
-    def _no_model(self, name: s.Name, file: s.File) -> None:
+    def _report_no_model(self, name: s.Name, file: s.File) -> None:
         hint = said(name.text, self.written) or "`use` the file that defines it"
         fixes = respelling(name, self.written)
         self._fault("unknown-model", f"there is no model `{name}`", name, file, hint, fixes)
 
-    def _line(
+    def _add_line(
         self,
         owned: Owned[s.Line],
         lines: dict[str, Owned[s.Line]],
@@ -283,7 +279,7 @@ class _Resolver:
         own.add(label)
         lines[label] = owned
 
-    def _named(
+    def _add_named(
         self,
         statement: s.Let | s.Define,
         file: s.File,

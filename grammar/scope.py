@@ -11,21 +11,6 @@ from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import NOWHERE, Span
 from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds, Word
 
-__all__ = [
-    "THIS",
-    "Local",
-    "PartSymbol",
-    "Scope",
-    "SetSymbol",
-    "Symbol",
-    "conditions_in",
-    "file_scope",
-    "model_roles",
-    "model_scope",
-    "names_in",
-    "part_kind",
-]
-
 THIS = "this"
 """The thing that a model is judged of."""
 

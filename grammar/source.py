@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-__all__ = ["NOWHERE", "Source", "Span", "differing"]
-
 
 class Span(NamedTuple):
     """From one character of a text to before another, counted from 0."""

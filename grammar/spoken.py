@@ -2,10 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-
-__all__ = ["SPOKEN_WORDS", "hint_of_phrase", "of_other_kind"]
 
 _BY_SPACE = (
     "a model means the same however a thing was measured: write what must be full or free "
@@ -121,18 +118,6 @@ def of_other_kind(word: str, kind: str) -> str:
     return {"a face": _OF_FACES, "a piece": _OF_PIECES}.get(kind, {}).get(word, "")
 
 
-@dataclass(frozen=True, slots=True)
-class _Phrase:
-    """A phrase as people say it, and what to write; `{…}` stands for the pattern's groups."""
-
-    said: re.Pattern[str]
-    write: str
-
-    @staticmethod
-    def of(said: str, write: str) -> "_Phrase":
-        return _Phrase(re.compile(said), write)
-
-
 # Words that begin a statement of the language, and ones that stand within one.
 _FIRST_WORDS = (
     "use|model|let|define|drop|size|example|expect|optional|one|at|exactly|between|any|each|there"
@@ -140,101 +125,102 @@ _FIRST_WORDS = (
 )
 _WITHIN = "is|are|at|of|has|not|where|and|or|between|about|holds|fails|unknown|like|rather"
 
-# In the order in which they are tried: what says most comes first.
+# Phrases as people say them, and what to write; `{…}` stands for the pattern's groups. In the order
+# in which they are tried: what says most comes first.
 _PHRASES = (
-    _Phrase.of(r"\bstands?\s+on\b.*", _ON_GROUND),
-    _Phrase.of(r"\bparallel\s+to\b.*", "write `parallel(back, front, 10 deg)`"),
-    _Phrase.of(
+    (r"\bstands?\s+on\b.*", _ON_GROUND),
+    (r"\bparallel\s+to\b.*", "write `parallel(back, front, 10 deg)`"),
+    (
         r"\b(?:perpendicular|square|at\s+right\s+angles)\s+to\b.*",
         "write `angle(back, seat) = 90 deg ± 10 deg`",
     ),
-    _Phrase.of(r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
-    _Phrase.of(
+    (r"\bon\s+top\s+of\b.*", "write `back above seat`, or `seat carries back`"),
+    (
         r"\b(?:high|tall|wid|long|low|thick|small|larg|bigg?|deep)er\s+than\b.*",
         "compare measures: `length(top) at least 120 % of length(seat)`",
     ),
-    _Phrase.of(r"\b(?:hang(?:s|ing)?|hung|suspended)\s+(?:from|on|under|below)\b.*", _HANGS),
-    _Phrase.of(r"\b(?:rest|lie|sit)s?\s+on\b.*", "write `leg carries top`"),
-    _Phrase.of(r"\bis\s+(?:inside|within)\s+\w+", "write `lamp inside way`"),
-    _Phrase.of(r".*\bshelves\s+(?:below|under|beneath|underneath)\b.*", _SHELVES),
-    _Phrase.of(
+    (r"\b(?:hang(?:s|ing)?|hung|suspended)\s+(?:from|on|under|below)\b.*", _HANGS),
+    (r"\b(?:rest|lie|sit)s?\s+on\b.*", "write `leg carries top`"),
+    (r"\bis\s+(?:inside|within)\s+\w+", "write `lamp inside way`"),
+    (r".*\bshelves\s+(?:below|under|beneath|underneath)\b.*", _SHELVES),
+    (
         r"\b(?:space|room|clearance|height)\s+(?:below|under|beneath|underneath|above)\b.*",
         _FREE_BELOW,
     ),
-    _Phrase.of(r"\b(?:space|room|gap|distance)\s+between\b.*", _GAP),
-    _Phrase.of(r"\bopen\s+(?:from|on|at|to|in|below|beneath|under)\b.*", _OPEN),
-    _Phrase.of(r"\bclosed\s+(?:at|on|in|behind|from|round|all)\b.*", _CLOSED),
-    _Phrase.of(r"\bnext\s+to\b.*", "write `left beside right`, or `left joins right`"),
-    _Phrase.of(
+    (r"\b(?:space|room|gap|distance)\s+between\b.*", _GAP),
+    (r"\bopen\s+(?:from|on|at|to|in|below|beneath|under)\b.*", _OPEN),
+    (r"\bclosed\s+(?:at|on|in|behind|from|round|all)\b.*", _CLOSED),
+    (r"\bnext\s+to\b.*", "write `left beside right`, or `left joins right`"),
+    (
         r"\b(?:attached|connected|fastened|fixed|joined)\s+(?:to|with)\b.*",
         "write `back joins seat`",
     ),
-    _Phrase.of(r"\b(?:under|underneath|beneath)\s+\w+", "write `shelf below top`"),
-    _Phrase.of(r"\bis\s+over\s+\w+", "write `back above seat`"),
-    _Phrase.of(r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
-    _Phrase.of(r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),
-    _Phrase.of(
+    (r"\b(?:under|underneath|beneath)\s+\w+", "write `shelf below top`"),
+    (r"\bis\s+over\s+\w+", "write `back above seat`"),
+    (r"\bfac(?:es|ing)\s+up\w*", "write `upward`"),
+    (r"\bfac(?:es|ing)\s+down\w*", "write `downward`"),
+    (
         r"^(?:(?:all|every)\s+(?:of\s+)?(?:the\s+)?\w+\s+(?:is|are|has|have)"
         r"|the\s+\w+s\s+are)\b.*",
         "write `each`, a colon, and the set's name again: `each leg: leg is ...`",
     ),
-    _Phrase.of(r"\bnothing\s+(?P<where>\w+).*", "write `there is no piece x where x {where} ...`"),
-    _Phrase.of(
+    (r"\bnothing\s+(?P<where>\w+).*", "write `there is no piece x where x {where} ...`"),
+    (
         r"\b(?P<name>\w+)\s+has\s+an?\s+(?:opening|hole|gap)\b.*",
         "name it: `opening way`, and `way in {name}`",
     ),
-    _Phrase.of(
+    (
         r"\b(?P<name>\w+)\s+is\s+(?P<size>[\d.]+\s*\w+)\s+(?:wide|long|high|tall|thick|deep)",
         "write `width({name}) about {size}`, or `length`, `height`, `thickness`",
     ),
-    _Phrase.of(r"\)\s+is\s+(?P<size>[\d.]+\s*\w*).*", "write `about {size}`"),
-    _Phrase.of(
+    (r"\)\s+is\s+(?P<size>[\d.]+\s*\w*).*", "write `about {size}`"),
+    (
         r"^(?:(?:at\s+(?:least|most)|exactly)\s+one|(?:at\s+(?:least|most)\s+|exactly\s+)?"
         r"(?:two|three|four|five|six|seven|eight|nine|ten))\s+(?P<kind>\w+)\b.*",
         "write the number in digits: `exactly 4 {kind} ...`",
     ),
-    _Phrase.of(r"~", "write `about`"),
-    _Phrase.of(r">=?", "write `at least`"),
-    _Phrase.of(r"<=?", "write `at most`"),
-    _Phrase.of(
+    (r"~", "write `about`"),
+    (r">=?", "write `at least`"),
+    (r"<=?", "write `at most`"),
+    (
         r"^(?:at\s+(?:least|most)|exactly)\s+(?P<count>\d+)\s+(?P<name>\w+)\s+where\b\s*\w*",
         "say of what kind they are: `at least {count} bars {name} where ...`",
     ),
-    _Phrase.of(
+    (
         r"^(?P<count>\d+)\s+(?P<kind>\w+)\s+\w+",
         "write `exactly {count} {kind} ...` or `at least {count} {kind} ...`",
     ),
-    _Phrase.of(
+    (
         r"^(?P<kind>\w+s)\s+(?P<name>\w+)\s+where\b.*",
         "say how many: `any number of {kind} {name} where ...`, or `at least 2 {kind} ...`",
     ),
-    _Phrase.of(
+    (
         r"^each\s+(?P<name>\w+)\s+(?:is|has|\w+s)\b",
         "write a colon, and name it again: `each {name}: {name} is ...`",
     ),
-    _Phrase.of(
+    (
         r"^there\s+(?P<what>is\s+(?:an?|no)\s+\w+|are\s+.*?\w+)\s+(?P<where>above|below|on|in)\s.*",
         "give it a name: `there {what} x where x {where} ...`",
     ),
-    _Phrase.of(
+    (
         r"^no\s+(?P<kind>\w+)\s+(?P<where>\w+).*",
         "write `there is no {kind} x where x {where} ...`",
     ),
-    _Phrase.of(
+    (
         r"\b(?P<measure>length|width|height|thickness|elevation|tilt|solidity)\s+of\s+(?P<name>\w+)"
         r"(?:\s+\w+)?",
         "write `{measure}({name})`",
     ),
-    _Phrase.of(
+    (
         r"\b(?P<name>\w+)\s+has\s+(?:an?\s+)?(?P<measure>\w+)(?:\s+of)?\s+(?P<size>[\d.]+\s*\w*).*",
         "write `{measure}({name}) about {size}`",
     ),
-    _Phrase.of(
+    (
         rf"^(?!(?:{_FIRST_WORDS})\b)\w+\s+(?!(?:{_WITHIN})\b)(?P<name>\w+)$",
         "a part is a `face`, a `board`, a `bar`, a `block`, a `piece` or an `opening`: "
         "`board {name}`",
     ),
-    _Phrase.of(r"\bthe\s+(?P<name>\w+)(?:\s+\w+){0,2}", "leave the article out: `{name}`"),
+    (r"\bthe\s+(?P<name>\w+)(?:\s+\w+){0,2}", "leave the article out: `{name}`"),
 )
 
 
@@ -244,8 +230,8 @@ def hint_of_phrase(text: str, at: int) -> str:
     `at` is the offset of the sign that cannot be read, or the text's end; empty where none of the
     phrases that people say goes over it.
     """
-    for phrase in _PHRASES:
-        for match in phrase.said.finditer(text):
+    for said, write in _PHRASES:
+        for match in re.finditer(said, text):
             if match.start() <= at <= match.end():
-                return phrase.write.format(**match.groupdict())
+                return write.format(**match.groupdict())
     return ""

@@ -4,84 +4,277 @@ Names are not looked up yet: a `Reference` may be a part, a constant or a name t
 One ladder of expressions serves conditions and measures; check.py says which is which.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+import math
+from dataclasses import Field, dataclass, fields
 from enum import StrEnum
 from typing import Any, TypeAlias, get_args
 
-from facetlog.grammar.expressions import (
-    Aggregate,
-    And,
-    Arithmetic,
-    Call,
-    Comparator,
-    Comparison,
-    Count,
-    CountKind,
-    Each,
-    EachOf,
-    Expression,
-    Member,
-    Name,
-    Negative,
-    Not,
-    Or,
-    Property,
-    Quantity,
-    Reference,
-    Relation,
-    Share,
-    Text,
-    There,
-)
 from facetlog.grammar.source import Source, Span
 
-__all__ = [
-    "Aggregate",
-    "Ancestry",
-    "And",
-    "Arithmetic",
-    "Call",
-    "Comment",
-    "Comparator",
-    "Comparison",
-    "Count",
-    "CountKind",
-    "Define",
-    "Drop",
-    "Each",
-    "EachOf",
-    "Example",
-    "Expression",
-    "File",
-    "Let",
-    "Line",
-    "Member",
-    "Model",
-    "Name",
-    "Negative",
-    "Node",
-    "Not",
-    "Or",
-    "Outcome",
-    "Part",
-    "Property",
-    "Quantity",
-    "Reference",
-    "Relation",
-    "SceneBuilt",
-    "SceneFile",
-    "Setting",
-    "Share",
-    "Size",
-    "Statement",
-    "Text",
-    "There",
-    "Use",
-    "children",
-    "moved",
-    "walk",
-]
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A word and its place."""
+
+    text: str
+    span: Span
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A text in quotes, without them."""
+
+    value: str
+    span: Span
+
+
+# ------------------------------------------------------------------ measures
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number as written, and its unit: a name, % or °."""
+
+    number: Name
+    unit: Name | None
+    span: Span
+
+    @property
+    def value(self) -> float:
+        """The number, in its own unit."""
+        return float(self.number.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A name alone: part, set, constant, `this`, or what `each` and `there` bring."""
+
+    name: Name
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A part of a part: `board.top`."""
+
+    owner: Name
+    part: Name
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A word of the vocabulary, or a definition, with its arguments."""
+
+    name: Name
+    arguments: tuple["Expression", ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """Two measures and a sign between them: + - * /."""
+
+    sign: str
+    left: "Expression"
+    right: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Negative:
+    """A measure with its sign turned."""
+
+    operand: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """`50 % of elevation(top)`."""
+
+    share: Quantity
+    whole: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """`lowest of elevation(leg)`: one value of a set's members; `how` as written."""
+
+    how: str
+    operand: "Expression"
+    span: Span
+
+
+# ---------------------------------------------------------------- conditions
+
+
+class Comparator(StrEnum):
+    """How a measure is compared."""
+
+    EQUAL = "="
+    AT_LEAST = "at least"
+    AT_MOST = "at most"
+    BETWEEN = "between"
+    ABOUT = "about"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A measure and the region that it should lie in.
+
+    `limit` is the target, the bound or the lower bound; `second` the tolerance of `=` or the upper
+    bound of `between`; `fading` how far beyond the region membership falls to nothing. One that is
+    `sharp` does not fade at all.
+    """
+
+    comparator: Comparator
+    measure: "Expression"
+    limit: "Expression"
+    second: "Expression | None"
+    fading: "Expression | None"
+    span: Span
+    sharp: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """`top is level`, `top is not level`."""
+
+    subject: "Expression"
+    name: Name
+    negated: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """`x adjoins y`."""
+
+    left: "Expression"
+    name: Name
+    right: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """A condition that must not hold."""
+
+    condition: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """Conditions that must all hold, joined by commas or `and`."""
+
+    conditions: tuple["Expression", ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """Alternatives."""
+
+    conditions: tuple["Expression", ...]
+    span: Span
+
+
+class CountKind(StrEnum):
+    """How many."""
+
+    AT_LEAST = "at least"
+    AT_MOST = "at most"
+    EXACTLY = "exactly"
+    BETWEEN = "between"
+    ANY = "any number of"
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How many members there must be; numbers as written."""
+
+    kind: CountKind
+    low: Name | None
+    high: Name | None
+    span: Span
+
+    @property
+    def least(self) -> float:
+        """The fewest members there may be: a whole number wherever the text has no fault."""
+        if self.low is None or self.kind is CountKind.AT_MOST:
+            return 0.0
+        return float(self.low.text)
+
+    @property
+    def most(self) -> float:
+        """The greatest number of members there may be."""
+        if self.high is None or self.kind in (CountKind.AT_LEAST, CountKind.ANY):
+            return math.inf
+        return float(self.high.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Each:
+    """Every member of a set, or every face (edge, ...) of the thing that satisfies `where`.
+
+    `kind` is None for a set; the set's name is then also that of the member.
+    """
+
+    kind: Name | None
+    name: Name
+    where: "Expression | None"
+    body: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class EachOf:
+    """Every one (one name) or every two (two names) of some parts, or of a set."""
+
+    names: tuple[Name, ...]
+    of: tuple[Name, ...]
+    body: "Expression"
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class There:
+    """There is a face such that; `count` None and `some` false: there is none."""
+
+    some: bool
+    count: Count | None
+    kind: Name
+    name: Name
+    of: tuple[Name, ...]
+    where: "Expression | None"
+    span: Span
+
+
+Expression: TypeAlias = (
+    Quantity
+    | Reference
+    | Member
+    | Call
+    | Arithmetic
+    | Negative
+    | Share
+    | Aggregate
+    | Comparison
+    | Property
+    | Relation
+    | Not
+    | And
+    | Or
+    | Each
+    | EachOf
+    | There
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,79 +479,64 @@ Node: TypeAlias = (
 _LEAVES = frozenset({str, bool, float, type(None), Outcome, Ancestry, Comparator, CountKind})
 """What stands in the fields of nodes and has no place."""
 
-_Read = Callable[[Any], Any]
-_Write = Callable[[Any, Any], None]
-_INNER: dict[type, tuple[tuple[_Read, bool], ...]] = {}
-_SLOTS: dict[type, tuple[tuple[_Read, _Write, str], ...]] = {}
+_FIELDS: dict[type, tuple[tuple[str, str], ...]] = {}
 
 
 def children(node: object) -> "list[Node]":
-    """The nodes directly inside a node, in the order of their fields."""
-    inner = _INNER.get(node.__class__)
-    if inner is None:
-        slots = _slots(node.__class__)
-        inner = _INNER[node.__class__] = tuple(
-            (read, held == "many") for read, _, held in slots if held in ("one", "many")
-        )
+    """Return the nodes directly inside a node, in the order of their fields."""
     found: list[Node] = []
-    for read, many in inner:
-        value = read(node)
-        if many:
+    for name, holds in _get_fields(node.__class__):
+        value = getattr(node, name)
+        if holds == "many":
             found += value
-        elif value is not None:
+        elif holds == "one" and value is not None:
             found.append(value)
     return found
 
 
 def walk(node: object) -> "list[Node]":
-    """A node and all nodes inside it, outer ones first."""
+    """Return a node and all nodes inside it, outer ones first."""
     found: list[Node] = []
     waiting = [node]
     while waiting:
         one = waiting.pop()
         found.append(one)  # type: ignore[arg-type]
-        inner = children(one)
-        inner.reverse()
-        waiting += inner
+        waiting += reversed(children(one))
     return found
 
 
 def moved(node: Any, by: int) -> Any:
-    """A copy of a node, with all inside it, so many letters further on in its text."""
-    copy = _NEW(node.__class__)
-    for read, write, held in _SLOTS.get(node.__class__) or _slots(node.__class__):
-        value = read(node)
-        if held == "span":
-            start, end = value
-            if end:  # What is nowhere, as a name that was left out, stays so.
-                value = _NEW_TUPLE(Span, (start + by, end + by))
-        elif held == "one":
-            if value is not None:
-                value = moved(value, by)
-        elif held == "many":
+    """Return a copy of a node, with all inside it, so many letters further on in its text."""
+    values = []
+    for name, holds in _get_fields(node.__class__):
+        value = getattr(node, name)
+        # What is nowhere, as a name that was left out, stays so.
+        if holds == "span" and value.end:
+            value = Span(value.start + by, value.end + by)
+        elif holds == "one" and value is not None:
+            value = moved(value, by)
+        elif holds == "many":
             value = tuple([moved(one, by) for one in value])
-        write(copy, value)
-    return copy
+        values.append(value)
+    return node.__class__(*values)
 
 
-_NEW, _NEW_TUPLE = object.__new__, tuple.__new__  # Twice as fast as the calls that check.
-
-
-def _slots(kind: Any) -> tuple[tuple[_Read, _Write, str], ...]:
-    """How each field is read and, in a new copy of a frozen node, written, and what it holds.
+def _get_fields(kind: Any) -> tuple[tuple[str, str], ...]:
+    """Return the fields of a kind of node, and what each holds.
 
     That is its `span`, a `leaf` without a place, `one` node or None, or `many` nodes.
     """
-    found = []
-    for field in fields(kind):
-        slot = kind.__dict__[field.name]
-        annotation = str(field.type).strip("\"'")
-        if field.name in ("span", "source"):
-            held = field.name
-        elif annotation.startswith("tuple"):
-            held = "many"
-        else:
-            kinds = get_args(field.type) or (field.type,)
-            held = "leaf" if _LEAVES.issuperset(kinds) else "one"
-        found.append((slot.__get__, slot.__set__, held))
-    return _SLOTS.setdefault(kind, tuple(found))
+    found = _FIELDS.get(kind)
+    if found is None:
+        found = tuple((field.name, _get_holding(field)) for field in fields(kind))
+        _FIELDS[kind] = found
+    return found
+
+
+def _get_holding(field: "Field[Any]") -> str:
+    if field.name == "span":
+        return "span"
+    if str(field.type).strip("\"'").startswith("tuple"):
+        return "many"
+    kinds = get_args(field.type) or (field.type,)
+    return "leaf" if field.name == "source" or _LEAVES.issuperset(kinds) else "one"

@@ -11,8 +11,6 @@ from typing import TypeAlias
 
 from facetlog.plain_text import plain_text
 
-__all__ = ["ANYTHING", "Atom", "Clause", "Struct", "Term", "Text", "Var", "variables"]
-
 WIDTH = 96
 """Columns of a line of Prolog text."""
 
@@ -31,7 +29,7 @@ class Atom:
     def __str__(self) -> str:
         if _PLAIN.match(self.name) or self.name == "[]":
             return self.name
-        return f"'{_escaped(self.name, chr(39))}'"
+        return f"'{_escape(self.name, chr(39))}'"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +52,7 @@ class Text:
     value: str
 
     def __str__(self) -> str:
-        return f'"{_escaped(self.value, chr(34))}"'
+        return f'"{_escape(self.value, chr(34))}"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +63,7 @@ class Struct:
     args: tuple["Term", ...]
 
     def __str__(self) -> str:
-        return _written(self, 1200)
+        return _format_term(self, 1200)
 
 
 Term: TypeAlias = Atom | Var | Text | Struct | int | float | tuple["Term", ...]
@@ -85,14 +83,14 @@ class Clause:
         """The clause as text; a variable that stands once is written _."""
         seen = [v for term in (self.head, *self.body) for v in variables(term)]
         once = {v for v in seen if seen.count(v) == 1}
-        head = _without(self.head, once)
+        head = _drop_single(self.head, once)
         lines = []
         if self.place:
             lines.append(f"% {self.place}  {self.says}".rstrip().replace("\n", " "))
-        lead = _laid_out(head, 0)
+        lead = _lay_out(head, 0)
         if not self.body:
             return "\n".join([*lines, f"{lead}."])
-        goals = [_laid_out(_without(goal, once), 4) for goal in self.body]
+        goals = [_lay_out(_drop_single(goal, once), 4) for goal in self.body]
         lines.append(f"{lead} :-")
         lines.append(",\n".join(f"    {goal}" for goal in goals) + ".")
         return "\n".join(lines)
@@ -112,19 +110,19 @@ def variables(term: Term) -> Iterator[Var]:
                 yield from variables(part)
 
 
-def _without(term: Term, once: set[Var]) -> Term:
+def _drop_single(term: Term, once: set[Var]) -> Term:
     match term:
         case Var():
             return ANYTHING if term in once else term
         case Struct(functor, args):
-            return Struct(functor, tuple(_without(arg, once) for arg in args))
+            return Struct(functor, tuple(_drop_single(arg, once) for arg in args))
         case tuple():
-            return tuple(_without(part, once) for part in term)
+            return tuple(_drop_single(part, once) for part in term)
         case _:
             return term
 
 
-def _escaped(text: str, quote: str) -> str:
+def _escape(text: str, quote: str) -> str:
     pieces = []
     for letter in plain_text(text):
         if letter in ("\\", quote):
@@ -138,7 +136,7 @@ def _escaped(text: str, quote: str) -> str:
     return "".join(pieces)
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     text = repr(value)
@@ -149,67 +147,69 @@ def _number(value: float) -> str:
     return text
 
 
-def _written(term: Term, priority: int = 999) -> str:
+def _format_term(term: Term, priority: int = 999) -> str:
     match term:
         case Struct(functor, (left, right)) if functor in _INFIX:
             own = _INFIX[functor]
             plain = isinstance(left, Var) or (isinstance(left, Struct) and left.functor == "-")
             gap = "" if own <= 400 or (functor == "-" and plain) else " "
-            text = f"{_written(left, own)}{gap}{functor}{gap}{_written(right, own - 1)}"
+            text = f"{_format_term(left, own)}{gap}{functor}{gap}{_format_term(right, own - 1)}"
             return f"({text})" if own > priority else text
         case Struct("-", (operand,)):
-            return f"-({_written(operand)})"
+            return f"-({_format_term(operand)})"
         case Struct("\\+", (goal,)):
-            return f"\\+ {_written(goal, 900)}"
+            return f"\\+ {_format_term(goal, 900)}"
         case Struct("[|]", (first, rest)):
-            return f"[{_written(first)}|{_written(rest)}]"
+            return f"[{_format_term(first)}|{_format_term(rest)}]"
         case Struct("==", (right,)):
-            return f"==({_written(right)})"
+            return f"==({_format_term(right)})"
         case Struct(",", goals):
-            return f"( {', '.join(map(_written, goals))} )"
+            return f"( {', '.join(map(_format_term, goals))} )"
         case Struct("->;", (test, then, otherwise)):
-            return f"( {_written(test)} -> {_written(then)} ; {_written(otherwise)} )"
+            return f"( {_format_term(test)} -> {_format_term(then)} ; {_format_term(otherwise)} )"
         case Struct(functor, args):
-            return f"{Atom(functor)}({', '.join(map(_written, args))})"
+            return f"{Atom(functor)}({', '.join(map(_format_term, args))})"
         case tuple():
-            return f"[{', '.join(map(_written, term))}]"
+            return f"[{', '.join(map(_format_term, term))}]"
         case int() | float():
-            return f"({_number(term)})" if term < 0 and priority < 999 else _number(term)
+            return (
+                f"({_format_number(term)})" if term < 0 and priority < 999 else _format_number(term)
+            )
         case _:
             return str(term)
 
 
-def _laid_out(term: Term, column: int) -> str:
+def _lay_out(term: Term, column: int) -> str:
     """The text of a term, broken after commas where a line would be too long."""
-    text = _written(term)
+    text = _format_term(term)
     if column + len(text) <= WIDTH:
         return text
     match term:
         case Struct("->;", (test, then, otherwise)):
             pad = " " * column
             return (
-                f"(   {_laid_out(test, column + 4)}\n{pad}->  {_laid_out(then, column + 4)}\n"
-                f"{pad};   {_laid_out(otherwise, column + 4)}\n{pad})"
+                f"(   {_lay_out(test, column + 4)}\n{pad}->  {_lay_out(then, column + 4)}\n"
+                f"{pad};   {_lay_out(otherwise, column + 4)}\n{pad})"
             )
         case Struct(",", goals):
-            return _broken("( ", goals, " )", column)
+            return _break_lines("( ", goals, " )", column)
         case Struct("\\+", (goal,)):
-            return f"\\+ {_laid_out(goal, column + 3)}"
+            return f"\\+ {_lay_out(goal, column + 3)}"
         case Struct(functor, args) if functor not in _INFIX and functor != "-":
-            return _broken(f"{Atom(functor)}(", args, ")", column)
+            return _break_lines(f"{Atom(functor)}(", args, ")", column)
         case tuple():
-            return _broken("[", term, "]", column)
+            return _break_lines("[", term, "]", column)
         case _:
             return text
 
 
-def _broken(opening: str, parts: tuple[Term, ...], closing: str, column: int) -> str:
+def _break_lines(opening: str, parts: tuple[Term, ...], closing: str, column: int) -> str:
     """Arguments in as few lines as hold them, under one another."""
     inside = column + len(opening)
     lines = [""]
     for number, part in enumerate(parts):
         last = number == len(parts) - 1
-        text = _laid_out(part, inside) + ("" if last else ",")
+        text = _lay_out(part, inside) + ("" if last else ",")
         head = text.split("\n", 1)[0]
         if lines[-1] and inside + len(lines[-1].split("\n")[-1]) + 1 + len(head) > WIDTH:
             lines.append(text)

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["UNITS", "Dimension", "Unit"]
-
 
 class Dimension(StrEnum):
     """What a measure is of. Numbers, shares and counts are of one kind: they need no unit."""
@@ -24,7 +22,7 @@ class Unit:
     factor: float
 
 
-def _units(dimension: Dimension, **factors: float) -> dict[str, Unit]:
+def _make_units(dimension: Dimension, **factors: float) -> dict[str, Unit]:
     return {name: Unit(name, dimension, factor) for name, factor in factors.items()}
 
 
@@ -32,7 +30,7 @@ INCH = 0.0254
 """Metres; exact by definition (1959)."""
 
 UNITS = {
-    **_units(
+    **_make_units(
         Dimension.LENGTH,
         m=1.0,
         cm=0.01,
@@ -44,7 +42,7 @@ UNITS = {
         foot=12 * INCH,
         feet=12 * INCH,
     ),
-    **_units(
+    **_make_units(
         Dimension.AREA,
         m2=1.0,
         cm2=1e-4,
@@ -53,7 +51,7 @@ UNITS = {
         inch2=INCH**2,
         ft2=(12 * INCH) ** 2,
     ),
-    **_units(Dimension.ANGLE, deg=1.0, rad=57.29577951308232),
+    **_make_units(Dimension.ANGLE, deg=1.0, rad=57.29577951308232),
     "°": Unit("°", Dimension.ANGLE, 1.0),
     "%": Unit("%", Dimension.NUMBER, 0.01),
 }

@@ -8,22 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Any
 
 from facetlog.grammar.source import Source, Span
-
-__all__ = [
-    "ANY",
-    "FACE",
-    "IN_SPACE",
-    "OPENING",
-    "PIECE",
-    "THING",
-    "VOCABULARY",
-    "Gives",
-    "Kind",
-    "Kinds",
-    "Word",
-]
 
 
 class Kind(StrEnum):
@@ -117,41 +104,19 @@ _BACK = f"{_LEVEL}, or no side is closed more than the opposite one"
 _RISE = f"{_LEVEL}, or nothing rises above it"
 
 
-def _condition(
-    name: str,
-    *arguments: Kinds,
-    meaning: str,
-    unknown: str = "",
-    symmetric: bool = False,
-    yields: bool = False,
-) -> Word:
-    return Word(name, arguments, Gives.CONDITION, meaning, unknown, symmetric, yields=yields)
+def _condition(name: str, *arguments: Kinds, unknown: str = "", **more: Any) -> Word:
+    return Word(name, arguments, Gives.CONDITION, unknown_when=unknown, **more)
 
 
 def _measure(
     name: str,
     gives: Gives,
     *arguments: Kinds,
-    meaning: str,
     unknown: str = "",
-    symmetric: bool = False,
-    high: float | None = None,
     low: float | None = 0.0,
-    alike: bool = False,
-    yields: bool = False,
+    **more: Any,
 ) -> Word:
-    return Word(
-        name,
-        arguments,
-        gives,
-        meaning,
-        unknown,
-        symmetric,
-        low=low,
-        high=high,
-        alike=alike,
-        yields=yields,
-    )
+    return Word(name, arguments, gives, unknown_when=unknown, low=low, **more)
 
 
 _WORDS = (

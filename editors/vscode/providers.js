@@ -44,21 +44,6 @@ function completion(one) {
   return found;
 }
 
-function signatures(help) {
-  if (!help) {
-    return undefined;
-  }
-  const found = new vscode.SignatureHelp();
-  found.activeSignature = help.activeSignature ?? 0;
-  found.activeParameter = help.activeParameter ?? 0;
-  found.signatures = help.signatures.map((one) => {
-    const shown = new vscode.SignatureInformation(one.label, markdown(one.documentation));
-    shown.parameters = (one.parameters ?? []).map((p) => new vscode.ParameterInformation(p.label));
-    return shown;
-  });
-  return found;
-}
-
 function action(one) {
   const found = new vscode.CodeAction(one.title, vscode.CodeActionKind.Empty.append(one.kind));
   found.edit = workspaceEdit(one.edit);
@@ -67,12 +52,6 @@ function action(one) {
   return found;
 }
 
-const colours = (found) =>
-  new vscode.SemanticTokens(new Uint32Array(found.data), found.resultId);
-
-const newColours = (edit) =>
-  new vscode.SemanticTokensEdit(edit.start, edit.deleteCount, new Uint32Array(edit.data || []));
-
 // Registers all that the server can; returns what takes it back.
 function register(connection, can, selector) {
   const { languages } = vscode;
@@ -80,7 +59,6 @@ function register(connection, can, selector) {
     connection.request(`textDocument/${method}`, { textDocument: uri(document), ...more }, token);
   const at = (method, document, place, token, more) =>
     ask(method, document, { position: { line: place.line, character: place.character }, ...more }, token);
-  const legend = can.semanticTokensProvider.legend;
   return [
     languages.registerCompletionItemProvider(selector, {
       provideCompletionItems: async (document, place, token) =>
@@ -92,10 +70,6 @@ function register(connection, can, selector) {
         return found && new vscode.Hover(markdown(found.contents), range(found.range));
       },
     }),
-    languages.registerSignatureHelpProvider(selector, {
-      provideSignatureHelp: async (document, place, token) =>
-        signatures(await at("signatureHelp", document, place, token)),
-    }, ...can.signatureHelpProvider.triggerCharacters),
     languages.registerDefinitionProvider(selector, {
       provideDefinition: async (document, place, token) =>
         location(await at("definition", document, place, token)),
@@ -126,24 +100,6 @@ function register(connection, can, selector) {
         const more = { range: where, context: { diagnostics: [], ...only } };
         return (await ask("codeAction", document, more, token)).map(action);
       },
-    }),
-    languages.registerDocumentSemanticTokensProvider(selector, {
-      provideDocumentSemanticTokens: async (document, token) => {
-        return colours(await ask("semanticTokens/full", document, {}, token));
-      },
-      provideDocumentSemanticTokensEdits: async (document, previousResultId, token) => {
-        const more = { previousResultId };
-        const found = await ask("semanticTokens/full/delta", document, more, token);
-        if (!found.edits) return colours(found);
-        return new vscode.SemanticTokensEdits(found.edits.map(newColours), found.resultId);
-      },
-    }, new vscode.SemanticTokensLegend(legend.tokenTypes, legend.tokenModifiers)),
-    languages.registerFoldingRangeProvider(selector, {
-      provideFoldingRanges: async (document, context, token) =>
-        (await ask("foldingRange", document, {}, token)).map((one) => {
-          const kind = one.kind === "comment" ? vscode.FoldingRangeKind.Comment : undefined;
-          return new vscode.FoldingRange(one.startLine, one.endLine, kind);
-        }),
     }),
   ];
 }

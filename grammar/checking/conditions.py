@@ -4,18 +4,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.measures import MeasureChecker, Names
-from facetlog.grammar.checking.types import CONDITION, EVERY, Element, Type, unit_hint
+from facetlog.grammar.checking.measures import (
+    CONDITION,
+    EVERY,
+    Element,
+    MeasureChecker,
+    Names,
+    Type,
+    unit_hint,
+)
 from facetlog.grammar.constants import constant
-from facetlog.grammar.faults import said
-from facetlog.grammar.fixing.fix import swap
-from facetlog.grammar.fixing.missing_unit import missing_unit
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import missing_unit, respelling, said, swap
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kinds
-
-__all__ = ["ConditionChecker"]
 
 ELEMENTS = (
     "face",
@@ -49,38 +51,40 @@ class ConditionChecker(MeasureChecker):
         """The type of an expression; None if it has a fault, which is reported."""
         match node:
             case s.Quantity():
-                return self._quantity(node)
+                return self._check_quantity(node)
             case s.Reference(name):
-                return self._reference(name, names)
+                return self._check_reference(name, names)
             case s.Member():
-                return self._member(node, names)
-            case s.Call():
-                return self._call(node, names)
+                return self._check_member(node, names)
+            case s.Call(s.Name("count")):
+                return self._count_of(node, names)
+            case s.Call(name, arguments):
+                return self._check_applied(name, arguments, node, names)
             case s.Arithmetic():
-                return self._arithmetic(node, names)
+                return self._check_arithmetic(node, names)
             case s.Negative(operand):
                 return self.measure(operand, names)
             case s.Share():
-                return self._share(node, names)
+                return self._check_share(node, names)
             case s.Aggregate():
-                return self._aggregate(node, names)
+                return self._check_aggregate(node, names)
             case s.Comparison():
-                self._comparison(node, names)
+                self._check_comparison(node, names)
             case s.Property():
-                self._property(node, names)
+                self._check_property(node, names)
             case s.Relation():
-                self._said_of(node.name, (node.left, node.right), node, names)
+                self._check_condition_word(node.name, (node.left, node.right), node, names)
             case s.Not(condition):
                 self.condition(condition, names)
             case s.And(conditions) | s.Or(conditions):
                 for condition in conditions:
                     self.condition(condition, names)
             case s.Each():
-                self._each(node, names)
+                self._check_each(node, names)
             case s.EachOf():
-                self._each_of(node, names)
+                self._check_each_of(node, names)
             case s.There():
-                self._there(node, names)
+                self._check_there(node, names)
         return CONDITION
 
     def whole_numbers(self, count: s.Count) -> None:
@@ -94,13 +98,13 @@ class ConditionChecker(MeasureChecker):
             message = f"`{count.low}` is more than `{count.high}`"
             self.fault("count", message, count.low, fixes=(fix,))
 
-    def _comparison(self, node: s.Comparison, names: Names) -> None:
+    def _check_comparison(self, node: s.Comparison, names: Names) -> None:
         left = self.measure(node.measure, names)
         right = self.measure(node.limit, names)
         beside = node.limit, node.second, node.fading
-        self._alike(left, right, node.limit, beside)
+        self._check_alike(left, right, node.limit, beside)
         exactly = node.comparator is s.Comparator.EQUAL and node.second is None
-        if exactly and not (self._counts(node.measure) or self._counts(node.limit)):
+        if exactly and not (self._is_count(node.measure) or self._is_count(node.limit)):
             hint = "give a tolerance: `= ... ± ...`"
             self.fault("no-tolerance", "no measure is exactly so", node, hint)
         for extra, is_share in (
@@ -113,16 +117,16 @@ class ConditionChecker(MeasureChecker):
             value = constant(extra, self.scope.lets)
             if is_share and value is not None and value.percent:
                 continue
-            self._alike(left, found, extra, beside)
+            self._check_alike(left, found, extra, beside)
 
-    def _counts(self, node: s.Expression) -> bool:
+    def _is_count(self, node: s.Expression) -> bool:
         match node:
             case s.Call(name):
                 word = self.scope.words.get(name.text)
                 return name.text == "count" or (word is not None and word.gives is Gives.COUNT)
         return False
 
-    def _alike(
+    def _check_alike(
         self,
         left: Dimension | None,
         right: Dimension | None,
@@ -139,10 +143,10 @@ class ConditionChecker(MeasureChecker):
         message = f"{left} is compared with {right}"
         self.fault("dimension", message, node, unit_hint(left, right), fixes)
 
-    def _property(self, node: s.Property, names: Names) -> None:
+    def _check_property(self, node: s.Property, names: Names) -> None:
         name = node.name.text
         if name in self.scope.defines or name in self.scope.words:
-            self._said_of(node.name, (node.subject,), node, names)
+            self._check_condition_word(node.name, (node.subject,), node, names)
             return
         found = self.type_of(node.subject, names)
         if name in self.scope.roles:
@@ -154,16 +158,16 @@ class ConditionChecker(MeasureChecker):
         others = [*known, *self.scope.roles, *self.scope.defines]
         self.unknown_word(node.name, f"`{name}` is no property", others)
 
-    def _said_of(
+    def _check_condition_word(
         self, name: s.Name, subjects: tuple[s.Expression, ...], node: s.Expression, names: Names
     ) -> None:
-        found = self._applied(name, subjects, node, names)
+        found = self._check_applied(name, subjects, node, names)
         if found is not None and found is not CONDITION:
             of = ", ".join(self.source.text[x.span.start : x.span.end] for x in subjects)
             hint = f"compare it: `{name}({of}) at least ...`"
             self.fault("not-condition", f"`{name}` is {found}, no condition", name, hint)
 
-    def _no_shadow(self, new: Iterable[s.Name], names: Names) -> bool:
+    def _check_unshadowed(self, new: Iterable[s.Name], names: Names) -> bool:
         free = True
         for name in new:
             if (
@@ -175,9 +179,9 @@ class ConditionChecker(MeasureChecker):
                 self.fault("taken", f"`{name}` is named already", name, "choose another name")
         return free
 
-    def _each(self, node: s.Each, names: Names) -> None:
+    def _check_each(self, node: s.Each, names: Names) -> None:
         if node.kind is None:
-            found = self._symbol(node.name, names)
+            found = self._find_symbol(node.name, names)
             if not isinstance(found, SetSymbol):
                 if found is None:
                     sets = [x.name for x in self.scope.sets]
@@ -199,22 +203,22 @@ class ConditionChecker(MeasureChecker):
             local = Local(found.name, found.kinds, found.model)
             self.condition(node.body, {**names, found.name: local})
             return
-        kinds = self._element_kinds(node.kind)
-        if not self._no_shadow((node.name,), names) or kinds is None:
+        kinds = self._find_element_kinds(node.kind)
+        if not self._check_unshadowed((node.name,), names) or kinds is None:
             return
         inside = {**names, node.name.text: Local(node.name.text, kinds)}
         if node.where is not None:
             self.condition(node.where, inside)
         self.condition(node.body, inside)
 
-    def _range(self, of: tuple[s.Name, ...], names: Names) -> Local | None:
+    def _check_range(self, of: tuple[s.Name, ...], names: Names) -> Local | None:
         """What `of a, b, c` or `of SET` goes through, under no name yet."""
         kinds: Kinds | None = None
         model = ""
         for name in of:
-            found = self._symbol(name, names)
+            found = self._find_symbol(name, names)
             if found is None:
-                self._unknown(name, names)
+                self._report_unknown(name, names)
                 return None
             if isinstance(found, SetSymbol) and len(of) > 1:
                 self.fault("set", f"`{name}` is a set and stands alone after `of`", name)
@@ -228,9 +232,9 @@ class ConditionChecker(MeasureChecker):
             self.fault("taken", "a part is named twice", of[-1])
         return Local("", kinds or EVERY, model)
 
-    def _each_of(self, node: s.EachOf, names: Names) -> None:
-        local = self._range(node.of, names)
-        if local is None or not self._no_shadow(node.names, names):
+    def _check_each_of(self, node: s.EachOf, names: Names) -> None:
+        local = self._check_range(node.of, names)
+        if local is None or not self._check_unshadowed(node.names, names):
             return
         if len({n.text for n in node.names}) < len(node.names):
             self.fault(
@@ -240,18 +244,18 @@ class ConditionChecker(MeasureChecker):
         inside = {n.text: replace(local, name=n.text) for n in node.names}
         self.condition(node.body, {**names, **inside})
 
-    def _there(self, node: s.There, names: Names) -> None:
+    def _check_there(self, node: s.There, names: Names) -> None:
         if node.count is not None:
             self.whole_numbers(node.count)
-        if not self._no_shadow((node.name,), names):
+        if not self._check_unshadowed((node.name,), names):
             return
         named = part_kind(node.kind.text, self.scope.roles) if node.of else None
-        kinds = named[0] if named is not None else self._element_kinds(node.kind)
+        kinds = named[0] if named is not None else self._find_element_kinds(node.kind)
         if kinds is None:
             return
         local = Local(node.name.text, kinds)
         if node.of:
-            found = self._range(node.of, names)
+            found = self._check_range(node.of, names)
             if found is None:
                 return
             local = replace(found, name=node.name.text)
@@ -259,7 +263,7 @@ class ConditionChecker(MeasureChecker):
         if where is not None:
             self.condition(where, {**names, node.name.text: local})
 
-    def _element_kinds(self, kind: s.Name) -> Kinds | None:
+    def _find_element_kinds(self, kind: s.Name) -> Kinds | None:
         """What `each` and `there` go through; a fault if it is unknown."""
         found = self.scope.element_kinds(kind.text)
         if found is None:

@@ -3,21 +3,61 @@
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.types import CONDITION, DIMENSIONS, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import combined_dimension, constant, quantity
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.fix import Fix
-from facetlog.grammar.fixing.missing_unit import missing_unit
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, Fix, missing_unit, respelling, said
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
 from facetlog.grammar.units import UNITS, Dimension
-from facetlog.grammar.vocabulary import THING, Kinds, Word
+from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word
 
-__all__ = ["MeasureChecker", "Names"]
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """The type of what holds or fails."""
+
+    def __str__(self) -> str:
+        return "a condition"
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """The type of what is a face, an edge, a vertex or a thing."""
+
+    kinds: Kinds
+    model: str = ""
+
+    def __str__(self) -> str:
+        names = sorted(self.kinds)
+        return " or ".join(("an " if n[0] in "aeiou" else "a ") + n for n in names)
+
+
+CONDITION = Condition()
+Type: TypeAlias = Condition | Element | Dimension
+
+DIMENSIONS = {
+    Gives.ANGLE: Dimension.ANGLE,
+    Gives.LENGTH: Dimension.LENGTH,
+    Gives.AREA: Dimension.AREA,
+    Gives.RATIO: Dimension.NUMBER,
+    Gives.COUNT: Dimension.NUMBER,
+}
+
+EVERY = frozenset(Kind)
+"""What the parameter of a definition may be, as long as nobody names it."""
+
+
+def unit_hint(left: Dimension, right: Dimension) -> str:
+    if Dimension.NUMBER not in (left, right):
+        return ""
+    other = left if right is Dimension.NUMBER else right
+    example = {Dimension.LENGTH: "40 cm", Dimension.AREA: "2 m2", Dimension.ANGLE: "15 deg"}
+    share = ", or a share: `50 % of ...`" if other is not Dimension.ANGLE else ""
+    return f"write a unit: `{example[other]}`{share}"
+
 
 Names = Mapping[str, Symbol]
 """What `each`, `there` and parameters bring."""
@@ -56,7 +96,7 @@ class MeasureChecker(ABC):
         self.fault("not-measure", f"this is {found}, a measure is wanted", node, hint)
         return None
 
-    def _quantity(self, node: s.Quantity) -> Dimension | None:
+    def _check_quantity(self, node: s.Quantity) -> Dimension | None:
         if node.unit is not None and node.unit.text not in UNITS:
             hint = said(node.unit.text, UNITS) or f"units are {', '.join(UNITS)}"
             fixes = respelling(node.unit, UNITS)
@@ -68,15 +108,15 @@ class MeasureChecker(ABC):
             return None
         return found.dimension
 
-    def _symbol(self, name: s.Name, names: Names) -> Symbol | None:
+    def _find_symbol(self, name: s.Name, names: Names) -> Symbol | None:
         return names.get(name.text) or self.scope.symbols.get(name.text)
 
-    def _reference(self, name: s.Name, names: Names) -> Type | None:
-        found = self._symbol(name, names)
+    def _check_reference(self, name: s.Name, names: Names) -> Type | None:
+        found = self._find_symbol(name, names)
         if isinstance(found, SetSymbol):
             self.fault(
                 "set",
-                f"`{name}` is several {_several(found)}",
+                f"`{name}` is several {found.owned.node.kind}",
                 name,
                 f"write `each {name}: ...`, `count({name})` or `lowest of ...({name})`",
             )
@@ -86,10 +126,10 @@ class MeasureChecker(ABC):
         if name.text in self.scope.lets:
             value = constant(self.scope.lets[name.text].node.value, self.scope.lets)
             return value.dimension if value else None
-        self._unknown(name, names)
+        self._report_unknown(name, names)
         return None
 
-    def _unknown(self, name: s.Name, names: Names) -> None:
+    def _report_unknown(self, name: s.Name, names: Names) -> None:
         word = self.scope.words.get(name.text)
         if word is not None:
             hint = SPOKEN_WORDS.get(word.name, f"`{word.signature}`")
@@ -107,24 +147,22 @@ class MeasureChecker(ABC):
             )
             return
         known = {*names, *self.scope.symbols, *self.scope.lets}
+        unit = f"write a number before the unit: `15 {name}`" if name.text in UNITS else ""
         self.fault(
             "unknown-name",
             f"nothing here is called `{name}`",
             name,
-            said(name.text, known) or self._as_unit(name) or SPOKEN_WORDS.get(name.text, ""),
+            said(name.text, known) or unit or SPOKEN_WORDS.get(name.text, ""),
             respelling(name, known),
         )
 
-    def _as_unit(self, name: s.Name) -> str:
-        return f"write a number before the unit: `15 {name}`" if name.text in UNITS else ""
-
-    def _member(self, node: s.Member, names: Names) -> Type | None:
-        owner = self._symbol(node.owner, names)
+    def _check_member(self, node: s.Member, names: Names) -> Type | None:
+        owner = self._find_symbol(node.owner, names)
         if owner is None:
-            self._unknown(node.owner, names)
+            self._report_unknown(node.owner, names)
             return None
         if isinstance(owner, SetSymbol):
-            self._reference(node.owner, names)
+            self._check_reference(node.owner, names)
             return None
         if not owner.model:
             if owner.kinds != EVERY:  # of a parameter it is not known yet
@@ -142,14 +180,9 @@ class MeasureChecker(ABC):
             return None
         return Element(roles[node.part.text])
 
-    def _call(self, node: s.Call, names: Names) -> Type | None:
-        if node.name.text == "count":
-            return self._count_of(node, names)
-        return self._applied(node.name, node.arguments, node, names)
-
     def _count_of(self, node: s.Call, names: Names) -> Type | None:
         match node.arguments:
-            case (s.Reference(name),) if isinstance(self._symbol(name, names), SetSymbol):
+            case (s.Reference(name),) if isinstance(self._find_symbol(name, names), SetSymbol):
                 return Dimension.NUMBER
         hint = (
             f"one of {', '.join(x.name for x in self.scope.sets)}"
@@ -167,7 +200,7 @@ class MeasureChecker(ABC):
             hint, fixes = said(name.text, known), respelling(name, known)
             self.fault("unknown-word", message, name, hint, fixes)
 
-    def _applied(
+    def _check_applied(
         self,
         name: s.Name,
         arguments: tuple[s.Expression, ...],
@@ -176,7 +209,7 @@ class MeasureChecker(ABC):
     ) -> Type | None:
         """A word or definition with its arguments: what it gives."""
         if name.text in self.scope.defines:
-            return self._definition(name, arguments, node, names)
+            return self._check_definition(name, arguments, node, names)
         word = self.scope.words.get(name.text)
         if word is None:
             for argument in arguments:
@@ -184,23 +217,23 @@ class MeasureChecker(ABC):
             known = {**self.scope.words, **self.scope.defines, "count": None}
             self.unknown_word(name, f"`{name}` is no word of the vocabulary", known)
             return None
-        if not self._right_number(word, name, arguments):
+        if not self._check_arity(word, name, arguments):
             return None
         for number, argument in enumerate(arguments):
             if word.number_last and number == len(arguments) - 1:
-                self._wanted_dimension(word, argument, names)
+                self._check_dimension(word, argument, names)
                 continue
             wanted = word.arguments[min(number, len(word.arguments) - 1)]
-            self._wanted_kind(word, argument, wanted, names)
+            self._check_kind(word, argument, wanted, names)
         if word.alike:
-            self._wanted_alike(word, arguments[: len(word.arguments)], node, names)
+            self._check_same_kind(word, arguments[: len(word.arguments)], node, names)
         named = [a.name.text for a in arguments if isinstance(a, s.Reference)]
         if len(set(named)) < len(named) and word.source is None:
             self.fault("itself", f"`{name}` is said of one part and itself", node)
             return None
         return CONDITION if word.is_condition else DIMENSIONS[word.gives]
 
-    def _right_number(self, word: Word, name: s.Name, arguments: tuple[s.Expression, ...]) -> bool:
+    def _check_arity(self, word: Word, name: s.Name, arguments: tuple[s.Expression, ...]) -> bool:
         # What several share takes two at least.
         wanted = len(word.arguments) + (word.number_last is not None) + word.many
         if len(arguments) == wanted or (word.many and len(arguments) >= wanted):
@@ -214,7 +247,7 @@ class MeasureChecker(ABC):
         )
         return False
 
-    def _wanted_dimension(self, word: Word, argument: s.Expression, names: Names) -> None:
+    def _check_dimension(self, word: Word, argument: s.Expression, names: Names) -> None:
         wanted = DIMENSIONS[word.number_last]  # type: ignore[index]
         found = self.measure(argument, names)
         if found is not None and found is not wanted:
@@ -222,7 +255,7 @@ class MeasureChecker(ABC):
             message = f"this is {found}, `{word.name}` wants {wanted}"
             self.fault("dimension", message, argument, fixes=fixes)
 
-    def _wanted_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> None:
+    def _check_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> None:
         found = self.type_of(argument, names)
         if found is None:
             return
@@ -234,7 +267,7 @@ class MeasureChecker(ABC):
                 "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
             )
 
-    def _wanted_alike(
+    def _check_same_kind(
         self, word: Word, arguments: tuple[s.Expression, ...], node: s.Expression, names: Names
     ) -> None:
         found = [t for a in arguments if isinstance(t := self.type_of(a, names), Element)]
@@ -243,7 +276,7 @@ class MeasureChecker(ABC):
             message = f"`{word.name}` is said of two of one kind, not of {fit[0]} and {fit[1]}"
             self.fault("kind", message, node)
 
-    def _definition(
+    def _check_definition(
         self,
         name: s.Name,
         arguments: tuple[s.Expression, ...],
@@ -271,9 +304,9 @@ class MeasureChecker(ABC):
                 self.fault("kind", f"this is {found}, `{name}` takes parts", argument)
                 return None
         elements = [t for t in given if isinstance(t, Element)]
-        return self._body(name, define, tuple(elements), node)
+        return self._check_body(name, define, tuple(elements), node)
 
-    def _body(
+    def _check_body(
         self, name: s.Name, define: s.Define, given: tuple[Element, ...], node: s.Expression
     ) -> Type | None:
         """What a definition gives for such arguments; its faults are reported at the call."""
@@ -295,17 +328,16 @@ class MeasureChecker(ABC):
         if inner.faults:
             fault = inner.faults[0]
             line = own.line_and_column(fault.span.start)[0]
-            if own is not self.source or not self._told(fault):
+            if own is not self.source or (fault.span, fault.code) not in {
+                (f.span, f.code) for f in self.faults
+            }:
                 message = f"`{name}` cannot be said of this: {fault.message}"
                 self.fault(fault.code, message, node, f"see line {line} of {own.name}")
             found = None
         self.known[key] = found
         return found
 
-    def _told(self, fault: Fault) -> bool:
-        return any(f.span == fault.span and f.code == fault.code for f in self.faults)
-
-    def _arithmetic(self, node: s.Arithmetic, names: Names) -> Type | None:
+    def _check_arithmetic(self, node: s.Arithmetic, names: Names) -> Type | None:
         left, right = self.measure(node.left, names), self.measure(node.right, names)
         if left is None or right is None:
             return None
@@ -317,8 +349,8 @@ class MeasureChecker(ABC):
             self.fault("dimension", message, node, unit_hint(left, right))
         return found
 
-    def _share(self, node: s.Share, names: Names) -> Type | None:
-        share = self._quantity(node.share)
+    def _check_share(self, node: s.Share, names: Names) -> Type | None:
+        share = self._check_quantity(node.share)
         whole = self.measure(node.whole, names)
         if share is not None and share is not Dimension.NUMBER:
             self.fault(
@@ -329,8 +361,8 @@ class MeasureChecker(ABC):
             )
         return whole
 
-    def _aggregate(self, node: s.Aggregate, names: Names) -> Type | None:
-        sets = _sets_in(node.operand, self.scope, names)
+    def _check_aggregate(self, node: s.Aggregate, names: Names) -> Type | None:
+        sets = _find_sets(node.operand, self.scope, names)
         if len(sets) != 1:
             what = "names no set" if not sets else "names two sets"
             self.fault(
@@ -349,11 +381,7 @@ class MeasureChecker(ABC):
         return self.measure(node.operand, inside)
 
 
-def _several(symbol: SetSymbol) -> str:
-    return f"{symbol.owned.node.kind}"
-
-
-def _sets_in(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:
+def _find_sets(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:
     found: dict[str, SetSymbol] = {}
     for inner in s.walk(node):
         owner = inner.owner if isinstance(inner, s.Member) else getattr(inner, "name", None)

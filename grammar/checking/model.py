@@ -1,22 +1,72 @@
 """Models: names that are free, parts that can be, and every statement's expressions."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.conditions import ConditionChecker
-from facetlog.grammar.checking.extent import Extents
-from facetlog.grammar.checking.types import EVERY
+from facetlog.grammar.checking.measures import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
-from facetlog.grammar.faults import Fault, said
-from facetlog.grammar.fixing.respelling import respelling
+from facetlog.grammar.faults import Fault, respelling, said
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
+from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
 
-__all__ = ["RESERVED_NAMES", "Checked", "check_file", "check_model"]
+LARGEST = 3000
+"""Words of one condition, with those of the definitions that it names."""
+
+DEEPEST = 80
+"""Expressions within expressions, those of definitions counted where they are named."""
+
+MOST_NESTED = 30
+"""Definitions within definitions."""
+
+
+@dataclass(slots=True)
+class Extents:
+    """Sizes and depths by a model's definitions."""
+
+    defines: Mapping[str, Owned[s.Define]]
+    known: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def too_much(self, node: s.Expression) -> str:
+        """Say what is too much about an expression; empty if nothing is."""
+        size, depth = self.of(node, ())
+        if size > LARGEST:
+            return f"it comes to more than {LARGEST} words, those of its definitions included"
+        if depth > DEEPEST:
+            return f"it is more than {DEEPEST} expressions deep, those of its definitions included"
+        return ""
+
+    def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
+        """Size and depth of an expression."""
+        size, deepest = 0, 0
+        waiting: list[tuple[s.Node, int]] = [(node, 1)]
+        while waiting:
+            one, depth = waiting.pop()
+            size += 1
+            if isinstance(one, s.Call | s.Property | s.Relation):
+                more, deeper = self._measure_definition(one.name.text, within)
+                size += more
+                deepest = max(deepest, depth + deeper)
+            deepest = max(deepest, depth)
+            waiting.extend((child, depth + 1) for child in s.children(one))
+        return size, deepest
+
+    def _measure_definition(self, name: str, within: tuple[str, ...]) -> tuple[int, int]:
+        if name not in self.defines or name in within:
+            return 0, 0
+        if name not in self.known:
+            if len(within) >= MOST_NESTED:
+                return 0, DEEPEST + 1
+            size, depth = self.of(self.defines[name].node.body, (*within, name))
+            self.known[name] = min(size, LARGEST + 1), min(depth, DEEPEST + 1)
+        return self.known[name]
 
 
 _IN_CONDITIONS = frozenset(
@@ -75,7 +125,7 @@ class _ModelChecker(ConditionChecker):
         if model.name in RESERVED_NAMES:
             message = f"`{model.name}` is what results say of no model"
             self.fault("taken", message, model.written.name, "choose another name")
-        self._new_names()
+        self._check_names()
         if not model.parts:
             self.fault(
                 "no-parts",
@@ -90,23 +140,23 @@ class _ModelChecker(ConditionChecker):
                 model.written.name,
                 "name one part that the others are found from: `face top`",
             )
-        if not model.lines and not any(map(self._decides, self.scope.symbols.values())):
+        if not model.lines and not any(map(self._is_decisive, self.scope.symbols.values())):
             self.fault(
                 "no-lines",
                 f"`{model.name}` has no condition to decide it",
                 model.written.name,
                 "add a line, or say of a part how it lies: `where …`",
             )
-        self._set_circles()
+        self._check_set_circles()
         self.statements()
 
-    def _decides(self, symbol: object) -> bool:
+    def _is_decisive(self, symbol: object) -> bool:
         """Whether a part's own statement is a condition: how it lies, what it is, how many."""
         if not isinstance(symbol, PartSymbol | SetSymbol) or symbol.owned.node.optional:
             return False
         if isinstance(symbol, SetSymbol):
             count = symbol.owned.node.count
-            return count is not None and not count.any_number
+            return count is not None and (count.least > 0 or count.most < math.inf)
         stated = self.scope.where(symbol) is not None
         return stated or bool(symbol.model) or symbol.kinds == OPENING
 
@@ -119,7 +169,7 @@ class _ModelChecker(ConditionChecker):
                 if first is not statement.name:
                     self.fault("twice", f"`{first}` is defined twice", statement.name)
                 if not _is_fading(statement):
-                    self._free(statement.name)
+                    self._check_free(statement.name)
         self.statements()
 
     def statements(self) -> None:
@@ -127,23 +177,23 @@ class _ModelChecker(ConditionChecker):
         for statement in self.scope.model.written.statements:
             match statement:
                 case s.Part():
-                    self._part(statement)
+                    self._check_part(statement)
                 case s.Line():
-                    self._line(statement)
+                    self._check_line(statement)
                 case s.Let():
-                    self._let(statement)
+                    self._check_let(statement)
                 case s.Define():
-                    self._define(statement)
+                    self._check_define(statement)
                 case s.Size():
-                    self._size(statement)
+                    self._check_size(statement)
                 case s.Example():
-                    self._example(statement)
+                    self._check_example(statement)
                 case _:
                     pass
 
-    def _new_names(self) -> None:
+    def _check_names(self) -> None:
         """What a model names anew must be free."""
-        self._free(self.scope.model.written.name)
+        self._check_free(self.scope.model.written.name)
         if len(self.scope.model.parts) > MOST_PARTS or len(self.scope.singular) > MOST_SINGULAR:
             hint = f"a model has {MOST_SINGULAR} singular parts and {MOST_PARTS} in all, at most"
             self.fault("too-many", "these are too many parts", self.scope.model.written.name, hint)
@@ -166,9 +216,9 @@ class _ModelChecker(ConditionChecker):
             elif name.text == THIS:
                 self.fault("taken", "`this` is the thing itself", name, "choose another name")
             elif what != "a constant" or name.text != FADING:
-                self._free(name)
+                self._check_free(name)
 
-    def _free(self, name: s.Name) -> None:
+    def _check_free(self, name: s.Name) -> None:
         """Reports a name that is a word already."""
         whose = ""
         word = self.scope.words.get(name.text)
@@ -180,7 +230,7 @@ class _ModelChecker(ConditionChecker):
             message = f"`{name}` is a word of {whose}"
             self.fault("taken", message, name, "choose another name")
 
-    def _set_circles(self) -> None:
+    def _check_set_circles(self) -> None:
         """Reports sets that are found by one another."""
         sets = {x.name: x for x in self.scope.sets}
         needs = {
@@ -201,7 +251,7 @@ class _ModelChecker(ConditionChecker):
                 where = symbol.owned.node.names[0]
                 self.fault("cycle", message, where, "find one of them without the other")
 
-    def _part(self, part: s.Part) -> None:
+    def _check_part(self, part: s.Part) -> None:
         kind = part_kind(part.kind.text, self.scope.roles)
         if kind is None:
             known = {"face", "edge", "vertex", "element", *PIECE_WORDS, *self.scope.roles}
@@ -245,19 +295,19 @@ class _ModelChecker(ConditionChecker):
             )
         if part.count is not None:
             self.whole_numbers(part.count)
-        if part.where is not None and not self._too_much(part.where, part.kind, part):
+        if part.where is not None and not self._check_extent(part.where, part.kind):
             name = part.names[0].text
             self.condition(part.where, {name: Local(name, *kind)})
 
-    def _line(self, line: s.Line) -> None:
+    def _check_line(self, line: s.Line) -> None:
         if line.expect and line.expect.endswith("%"):
             weight = float(line.expect.split()[0])
             if weight > 100:
                 self.fault("weight", f"a weight of {line.expect} is more than all", line.condition)
-        if not self._too_much(line.condition, line.condition, line):
+        if not self._check_extent(line.condition, line.condition):
             self.condition(line.condition, {})
 
-    def _let(self, let: s.Let) -> None:
+    def _check_let(self, let: s.Let) -> None:
         before = len(self.faults)
         self.type_of(let.value, {})
         if len(self.faults) == before and constant(let.value, self.scope.lets) is None:
@@ -273,27 +323,27 @@ class _ModelChecker(ConditionChecker):
                 message = "a model's fading is a share of its limits, from 0 % to 100 %"
                 self.fault("fading", message, let.value, "write `let fading = 10 %`")
 
-    def _define(self, define: s.Define) -> None:
+    def _check_define(self, define: s.Define) -> None:
         names = [p.text for p in define.parameters]
         for parameter in define.parameters:
             if names.count(parameter.text) > 1:
                 self.fault("taken", f"`{parameter}` is named twice", parameter)
                 return
-        self._no_shadow(define.parameters, {})
+        self._check_unshadowed(define.parameters, {})
         unknown = {name: Local(name, EVERY) for name in names}
-        if not self._too_much(define.body, define.name, define):
+        if not self._check_extent(define.body, define.name):
             self.defining = (define.name.text,)
             self.type_of(define.body, unknown)
             self.defining = ()
 
-    def _too_much(self, node: s.Expression, where: s.Node, statement: s.Statement) -> bool:
+    def _check_extent(self, node: s.Expression, where: s.Node) -> bool:
         """Reports a condition that is too large or too deep; nothing else is then said of it."""
-        why = self.extents.too_much(node, statement.span)
+        why = self.extents.too_much(node)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)
         return bool(why)
 
-    def _size(self, size: s.Size) -> None:
+    def _check_size(self, size: s.Size) -> None:
         if len(size.names) != len(size.measures):
             self.fault(
                 "size", f"{len(size.names)} names for {len(size.measures)} measures", size.names[0]
@@ -303,7 +353,7 @@ class _ModelChecker(ConditionChecker):
             if found is not None and found is not Dimension.LENGTH:
                 self.fault("dimension", f"a size is a length, this is {found}", measure)
 
-    def _example(self, example: s.Example) -> None:
+    def _check_example(self, example: s.Example) -> None:
         labels = [label for label, _ in self.scope.model.lines]
         labels += [p.name for p in self.scope.singular]
         labels += [p.name for p in self.scope.sets]
@@ -318,9 +368,9 @@ class _ModelChecker(ConditionChecker):
                 )
         if isinstance(example.scene, s.SceneBuilt):
             for setting in example.scene.settings:
-                self._quantity(setting.quantity)
+                self._check_quantity(setting.quantity)
         if example.at_least is not None:
-            found = self._quantity(example.at_least)
+            found = self._check_quantity(example.at_least)
             if found is not None and found is not Dimension.NUMBER:
                 self.fault("dimension", f"a degree is a share, this is {found}", example.at_least)
 

@@ -8,18 +8,131 @@ largest faces that lie as they should and the largest pieces and openings, `unse
 none.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
-from facetlog.grammar.compiling.requirements import Requirement, requirements
+from facetlog.grammar import syntax as s
 from facetlog.grammar.compiling.symmetry import interchangeable
 from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
-from facetlog.grammar.scope import PartSymbol, Scope
+from facetlog.grammar.scope import THIS, PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
-from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING
+from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING, Gives
 
-__all__ = ["candidate_clauses"]
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """One condition on singular parts; `substitutes` says what its names stand for.
+
+    `identifies`: it says how a part lies (level, at right angles to another), or the author
+    chose it by `where`, so that what does not satisfy it is not the part, rather than a bad one.
+    """
+
+    condition: s.Expression
+    substitutes: tuple[tuple[str, str], ...]
+    parts: frozenset[str]
+    if_known: bool
+    identifies: bool
+    adjoins: tuple[str, str] | None = None
+
+
+def requirements(scope: Scope) -> tuple[Requirement, ...]:
+    """The requirements of a model on its singular parts, in the order of the file."""
+    singular = {p.name: p for p in scope.singular if not p.owned.node.optional}
+    found: list[Requirement] = []
+    for part in singular.values():
+        where = scope.where(part)
+        if where is not None:
+            found += _iter_requirements(where, scope, singular, {}, False, True)
+    for _, owned in scope.model.lines:
+        if owned.node.expect is None:
+            found += _iter_requirements(
+                owned.node.condition, scope, singular, {}, owned.node.if_known, False
+            )
+    return tuple(found)
+
+
+def _iter_requirements(
+    node: s.Expression,
+    scope: Scope,
+    singular: dict[str, PartSymbol],
+    given: dict[str, str],
+    if_known: bool,
+    chosen: bool,
+) -> Iterator[Requirement]:
+    """The single requirements that a condition is made of."""
+    match node:
+        case s.And(conditions):
+            for condition in conditions:
+                yield from _iter_requirements(condition, scope, singular, given, if_known, chosen)
+            return
+        case s.EachOf(names, of, body) if all(n.text in singular for n in of):
+            for some in combinations([n.text for n in of], len(names)):
+                inner = {**given, **dict(zip((n.text for n in names), some, strict=True))}
+                yield from _iter_requirements(body, scope, singular, inner, if_known, chosen)
+            return
+    parts = _find_parts(node, scope, singular, given)
+    if parts is None or not parts:
+        return
+    adjoins = _find_adjoining_pair(node, given)
+    identifies = chosen or _is_orientation(node, scope)
+    yield Requirement(node, tuple(given.items()), parts, if_known, identifies, adjoins)
+
+
+def _find_parts(
+    node: s.Expression, scope: Scope, singular: dict[str, PartSymbol], given: dict[str, str]
+) -> frozenset[str] | None:
+    """The singular parts that a condition is about; None if it is about more than these."""
+    found: set[str] = set()
+    waiting: list[tuple[s.Node, frozenset[str]]] = [(node, frozenset())]
+    seen: set[str] = set()
+    while waiting:
+        one, parameters = waiting.pop()
+        for inner in s.walk(one):
+            match inner:
+                case s.There() | s.Each() | s.EachOf() | s.Aggregate() | s.Member():
+                    return None
+                case s.Reference(name):
+                    text = given.get(name.text, name.text)
+                    if text in singular:
+                        found.add(text)
+                    elif text in parameters or text == THIS or text in scope.lets:
+                        continue
+                    else:
+                        return None
+                case s.Call(name) | s.Property(_, name) | s.Relation(_, name):
+                    if name.text == "count":
+                        return None
+                    if name.text in scope.defines and name.text not in seen:
+                        seen.add(name.text)
+                        define = scope.defines[name.text].node
+                        waiting.append((define.body, frozenset(p.text for p in define.parameters)))
+    return frozenset(found)
+
+
+def _find_adjoining_pair(node: s.Expression, given: dict[str, str]) -> tuple[str, str] | None:
+    match node:
+        case s.Relation(s.Reference(left), s.Name("adjoins"), s.Reference(right)):
+            pass
+        case s.Call(s.Name("adjoins"), (s.Reference(left), s.Reference(right))):
+            pass
+        case _:
+            return None
+    return given.get(left.text, left.text), given.get(right.text, right.text)
+
+
+def _is_orientation(node: s.Expression, scope: Scope) -> bool:
+    """Whether it says how faces lie: a property of one, or an angle."""
+    match node:
+        case s.Property(_, name, False):
+            word = scope.words.get(name.text)
+            return word is not None and word.is_condition and len(word.arguments) == 1
+        case s.Comparison(_, s.Call(name)):
+            word = scope.words.get(name.text)
+            return word is not None and word.gives is Gives.ANGLE
+    return False
+
 
 # How many of the largest faces are tried for the first part, the second, ... where no assignment
 # may hold: near misses for a reader, and at most 60 in all.
@@ -62,15 +175,15 @@ def candidate_clauses(scope: Scope, writer_of: WriterOf, place: str, says: str) 
     likely = Struct("likely", (model, thing, parts))
     body = (Struct("findall", (parts, likely, found)), choice)
     likely_ones = replace(
-        _likely(join, writer_of), place=place, says="all that may satisfy its lines"
+        _write_likely(join, writer_of), place=place, says="all that may satisfy its lines"
     )
-    distant = [_adjoining(join, writer_of)] if _linked(join) else []
-    distant.append(_as_far_as_seen(join, writer_of))
+    distant = [_write_adjoining(join, writer_of)] if _is_linked(join) else []
+    distant.append(_write_as_far_as_seen(join, writer_of))
     distant = [replace(clause, place=place, says="near misses") for clause in distant]
     return [Clause(head, body, place, says), likely_ones, *distant]
 
 
-def _head(join: _Join, writer: Writer, functor: str) -> Struct:
+def _make_head(join: _Join, writer: Writer, functor: str) -> Struct:
     return Struct(functor, (Atom(join.scope.model.name), Var("Thing"), writer.parts()))
 
 
@@ -81,24 +194,24 @@ def _test(need: Requirement, writer: Writer) -> Term:
     return Struct("if_known", (test,)) if need.if_known else test
 
 
-def _possible(tests: list[Term]) -> list[Term]:
+def _wrap_possible(tests: list[Term]) -> list[Term]:
     return [Struct("possible", (all_of(tests),))] if tests else []
 
 
-def _order(join: _Join) -> list[PartSymbol]:
+def _order_parts(join: _Join) -> list[PartSymbol]:
     """The singular parts in the order of the join: what adjoins a part that is there comes next."""
     waiting = [p for p in join.scope.singular if not p.owned.node.optional]
     optional = [p for p in join.scope.singular if p.owned.node.optional]
     order: list[PartSymbol] = []
     while waiting:
         there = {p.name for p in order}
-        linked = [p for p in waiting if _neighbours(join, p.name, there)]
+        linked = [p for p in waiting if _find_neighbours(join, p.name, there)]
         order.append((linked or waiting)[0])
         waiting.remove(order[-1])
     return order + optional
 
 
-def _neighbours(join: _Join, name: str, there: set[str]) -> list[str]:
+def _find_neighbours(join: _Join, name: str, there: set[str]) -> list[str]:
     found = []
     for need in join.needs:
         if need.adjoins is not None and name in need.adjoins and not need.if_known:
@@ -108,24 +221,24 @@ def _neighbours(join: _Join, name: str, there: set[str]) -> list[str]:
     return found
 
 
-def _likely(join: _Join, writer_of: WriterOf) -> Clause:
+def _write_likely(join: _Join, writer_of: WriterOf) -> Clause:
     writer: Writer = writer_of()
     goals: list[Term] = []
     there: list[PartSymbol] = []
-    for part in _order(join):
+    for part in _order_parts(join):
         if part.owned.node.optional:
-            goals.append(_optional(join, part, there, writer))
+            goals.append(_write_optional(join, part, there, writer))
         elif part.kinds == THING:
-            goals += _object(join, part, there, writer)
+            goals += _write_object(join, part, there, writer)
         else:
-            goals += _placed(join, part, there, writer, ordered=there)
-            goals += _asked(join, part, there, writer)
+            goals += _place_part(join, part, there, writer, ordered=there)
+            goals += _write_asked(join, part, there, writer)
         there.append(part)
-    head = _head(join, writer, "likely")
+    head = _make_head(join, writer, "likely")
     return Clause(head, (*writer.goals, *goals))
 
 
-def _placed(
+def _place_part(
     join: _Join,
     part: PartSymbol,
     there: list[PartSymbol],
@@ -138,7 +251,7 @@ def _placed(
     """
     variable = writer.names[part.name]
     names = {p.name for p in there}
-    neighbours = _neighbours(join, part.name, names) if part.kinds == FACE else []
+    neighbours = _find_neighbours(join, part.name, names) if part.kinds == FACE else []
     goals: list[Term] = []
     if neighbours:
         first, *others = neighbours
@@ -159,7 +272,9 @@ def _placed(
     return goals
 
 
-def _asked(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> list[Term]:
+def _write_asked(
+    join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer
+) -> list[Term]:
     """What can be asked once a part is there: of it alone, then of it and others."""
     names = {p.name for p in there} | {part.name}
     alone: list[Term] = []
@@ -170,14 +285,16 @@ def _asked(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Write
         if need.adjoins is not None and not need.if_known:
             continue
         (alone if len(need.parts) == 1 else more).append(_test(need, writer))
-    return _possible(_unique(alone)) + _possible(_unique(more))
+    return _wrap_possible(_drop_repeats(alone)) + _wrap_possible(_drop_repeats(more))
 
 
-def _unique(tests: list[Term]) -> list[Term]:
+def _drop_repeats(tests: list[Term]) -> list[Term]:
     return list(dict.fromkeys(tests))
 
 
-def _object(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> list[Term]:
+def _write_object(
+    join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer
+) -> list[Term]:
     variable = writer.names[part.name]
     goals: list[Term]
     if there:
@@ -186,10 +303,10 @@ def _object(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writ
     else:
         goals = [Struct("=", (variable, Var("Thing")))]
     goals.append(Struct("possible", (Struct("is_a", (variable, Atom(part.model))),)))
-    return goals + _asked(join, part, there, writer)
+    return goals + _write_asked(join, part, there, writer)
 
 
-def _optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
+def _write_optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
     """A part that may be absent: whatever may be it, and nothing."""
     variable = writer.names[part.name]
     goals: list[Term] = [elements_goal(part.kinds, variable)]
@@ -210,51 +327,51 @@ def _optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Wr
     return Struct(",", (choices, Struct("member", (variable, Struct("[|]", (UNSEEN, found))))))
 
 
-def _linked(join: _Join) -> bool:
+def _is_linked(join: _Join) -> bool:
     """Whether every part adjoins one that is there before it."""
-    order = _order(join)
+    order = _order_parts(join)
     return (
         len(order) > 1
         and all(p.kinds == FACE and not p.owned.node.optional for p in order)
         and all(
-            _neighbours(join, part.name, {p.name for p in order[:number]})
+            _find_neighbours(join, part.name, {p.name for p in order[:number]})
             for number, part in enumerate(order)
             if number
         )
     )
 
 
-def _adjoining(join: _Join, writer_of: WriterOf) -> Clause:
+def _write_adjoining(join: _Join, writer_of: WriterOf) -> Clause:
     """Near misses that adjoin as they should, those of the largest faces first."""
     writer = writer_of()
     faces = writer.names.fresh("faces")
-    first, *others = _order(join)
+    first, *others = _order_parts(join)
     goals: list[Term] = [Struct("member", (writer.names[first.name], faces))]
     there = [first]
     for part in others:
         # The first is tried in the order of size; only the order of the others is free to choose.
-        goals += _placed(join, part, there, writer, ordered=there[1:])
+        goals += _place_part(join, part, there, writer, ordered=there[1:])
         there.append(part)
     limited = Struct("limit", (MOST_ADJOINING, Struct(",", tuple(goals))))
     body = (Struct("largest_faces", (Var("Thing"), faces)), limited)
-    head, ordered = _in_order(join, writer, "distant")
+    head, ordered = _sort_interchangeable(join, writer, "distant")
     return Clause(head, (*body, *ordered))
 
 
-def _fitting(join: _Join, writer: Writer) -> Term:
+def _write_fitting(join: _Join, writer: Writer) -> Term:
     """The goal that parts adjoin as they should and lie as they should."""
     goals: list[Term] = []
     there: list[PartSymbol] = []
-    for part in _order(join):
-        goals += _placed(join, part, there, writer, ordered=there)
+    for part in _order_parts(join):
+        goals += _place_part(join, part, there, writer, ordered=there)
         there.append(part)
-        goals += _possible(_identifying(join, part, {p.name for p in there}, writer))
+        goals += _wrap_possible(_find_identifying(join, part, {p.name for p in there}, writer))
     return Struct(",", tuple(goals))
 
 
-def _identifying(join: _Join, part: PartSymbol, there: set[str], writer: Writer) -> list[Term]:
+def _find_identifying(join: _Join, part: PartSymbol, there: set[str], writer: Writer) -> list[Term]:
     """How a part lies, as far as it can be asked of those that are there."""
-    return _unique(
+    return _drop_repeats(
         [
             _test(need, writer)
             for need in join.needs
@@ -263,7 +380,7 @@ def _identifying(join: _Join, part: PartSymbol, there: set[str], writer: Writer)
     )
 
 
-def _in_order(join: _Join, writer: Writer, functor: str) -> tuple[Struct, list[Term]]:
+def _sort_interchangeable(join: _Join, writer: Writer, functor: str) -> tuple[Struct, list[Term]]:
     """The head with interchangeable parts sorted, and the goals that sort them."""
     goals: list[Term] = []
     shown = {p.name: writer.names[p.name] for p in join.scope.singular}
@@ -276,11 +393,11 @@ def _in_order(join: _Join, writer: Writer, functor: str) -> tuple[Struct, list[T
     return head, goals
 
 
-def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
+def _write_as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
     writer: Writer = writer_of()
-    order = _order(join)
+    order = _order_parts(join)
     if join.scope.of_things:
-        head = _head(join, writer, "distant")
+        head = _make_head(join, writer, "distant")
         first, *rest = writer.parts()
         goals: list[Term] = [Struct("=", (first, Var("Thing")))]
         goals += [Struct("=", (other, UNSEEN)) for other in rest]
@@ -292,7 +409,7 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
     steps: list[Struct] = []
     for part in (part for part in required if part.kinds == FACE):
         there.add(part.name)
-        tests = _identifying(join, part, there, writer)
+        tests = _find_identifying(join, part, there, writer)
         test = all_of(tests) if tests else NOTHING
         steps.append(Struct("step", (writer.names[part.name], tried[part.name], test)))
     searches: list[Term] = []
@@ -301,16 +418,16 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
         for part in (part for part in required if part.kinds == kind):
             there.add(part.name)
             # Where one sees through is counted by the space that was seen, not by what was found.
-            tests = _identifying(join, part, there, writer) if kind == PIECE else []
+            tests = _find_identifying(join, part, there, writer) if kind == PIECE else []
             choices.add(writer.names[part.name], tried[part.name], tests, writer)
         searches += choices.goals
     if steps or not searches:
         stepped = tuple(step.args[0] for step in steps)
         searches.insert(0, Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped)))
     free = [Struct("=", (writer.names[p.name], UNSEEN)) for p in order if p.name not in there]
-    head, ordered = _in_order(join, writer, "distant")
+    head, ordered = _sort_interchangeable(join, writer, "distant")
     # Where faces adjoin and lie as they should, others that do not adjoin are no nearer.
-    unless = [Struct("\\+", (_fitting(join, writer_of()),))] if _linked(join) else []
+    unless = [Struct("\\+", (_write_fitting(join, writer_of()),))] if _is_linked(join) else []
     return Clause(head, (*unless, *searches, *free, *ordered))
 
 

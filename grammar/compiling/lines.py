@@ -5,12 +5,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.compiling.counts import count_numbers
-from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
+    SetShape,
     all_of,
     conjunction,
     elements_goal,
@@ -20,8 +19,6 @@ from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
 from facetlog.grammar.vocabulary import FACE, OPENING
-
-__all__ = ["WEIGHTS", "line_clauses"]
 
 WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
 """How far the degree falls where an expectation fails (the language's definition)."""
@@ -33,19 +30,19 @@ def line_clauses(scope: Scope, shapes: Mapping[str, SetShape], writer_of: Writer
     """The clauses of sets, conditions, groups, sizes, and of the text that they were made from."""
     clauses: list[Clause] = []
     for shape in shapes.values():
-        clauses += _set_clauses(scope, shape, writer_of)
+        clauses += _compile_set(scope, shape, writer_of)
     for owned in scope.model.parts:
-        clauses += _part_conditions(scope, shapes, owned, writer_of)
+        clauses += _compile_part(scope, shapes, owned, writer_of)
     for label, line in scope.model.lines:
-        clauses += _condition(scope, label, line, writer_of)
+        clauses += _compile_line(scope, label, line, writer_of)
     for shape in shapes.values():
-        clauses.append(_group(scope, shape, writer_of))
+        clauses.append(_write_group(scope, shape, writer_of))
     for size in scope.model.sizes:
-        clauses += _sizes(scope, size, writer_of)
+        clauses += _compile_sizes(scope, size, writer_of)
     return clauses
 
 
-def _text(owned: Owned[s.Part] | Owned[s.Line], node: s.Node) -> str:
+def _quote_source(owned: Owned[s.Part] | Owned[s.Line], node: s.Node) -> str:
     """What the author wrote, in one line."""
     return _BLANK.sub(" ", owned.source.text[node.span.start : node.span.end])
 
@@ -55,7 +52,7 @@ def _place(owned: Owned[s.Part] | Owned[s.Line] | Owned[s.Size]) -> str:
     return f"{Path(name).name}:{line}"
 
 
-def _condition(
+def _compile_line(
     scope: Scope, label: str, owned: Owned[s.Line], writer_of: WriterOf
 ) -> Iterator[Clause]:
     line = owned.node
@@ -68,13 +65,13 @@ def _condition(
         if weight is None:
             weight = float(line.expect.split()[0]) / 100
         test = Struct("expect", (weight, test))
-    says = _text(owned, line.condition)
+    says = _quote_source(owned, line.condition)
     reason = line.reason.value if line.reason else says
     named = {n.text for n in s.walk(line.condition) if isinstance(n, s.Name)}
-    yield from _conditions(scope, label, reason, test, writer, _place(owned), says, named)
+    yield from _write_condition(scope, label, reason, test, writer, _place(owned), says, named)
 
 
-def _conditions(
+def _write_condition(
     scope: Scope,
     label: str,
     reason: str,
@@ -100,7 +97,7 @@ def _conditions(
     yield Clause(written)
 
 
-def _part_conditions(
+def _compile_part(
     scope: Scope,
     shapes: Mapping[str, SetShape],
     owned: Owned[s.Part],
@@ -110,25 +107,28 @@ def _part_conditions(
     part = owned.node
     for name in part.names:
         writer = writer_of()
-        test = _demanded(scope, shapes, part, name.text, writer)
+        test = _write_demanded(scope, shapes, part, name.text, writer)
         if test == NOTHING:
             continue
-        says = _text(owned, part)
+        says = _quote_source(owned, part)
         if part.reason is not None:
             says = says.removesuffix(f'"{part.reason.value}"').rstrip()
         where = () if part.where is None else s.walk(part.where)
         named = {n.text for n in where if isinstance(n, s.Name)} | {name.text}
         reason = part.reason.value if part.reason else says
-        yield from _conditions(scope, name.text, reason, test, writer, _place(owned), says, named)
+        yield from _write_condition(
+            scope, name.text, reason, test, writer, _place(owned), says, named
+        )
 
 
-def _demanded(
+def _write_demanded(
     scope: Scope, shapes: Mapping[str, SetShape], part: s.Part, name: str, writer: Writer
 ) -> Term:
     """The test that a part is what its statement says, or a set has so many members."""
     if part.count is not None:
-        low, high = count_numbers(part.count)
-        return NOTHING if part.optional else writer.number_of(shapes[name], low, high)
+        if part.optional:
+            return NOTHING
+        return writer.number_of(shapes[name], part.count.least, part.count.most)
     symbol = scope.symbols[name]
     assert isinstance(symbol, PartSymbol)  # noqa: S101  it has no count
     tests: list[Term] = []
@@ -144,7 +144,7 @@ def _demanded(
     return all_of(tests)
 
 
-def _set_clauses(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:
+def _compile_set(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:
     """Who may be a member, and the word that says how far one is."""
     owned = shape.symbol.owned
     where = shape.where
@@ -156,11 +156,11 @@ def _set_clauses(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator
         test = inner.test(where)
         variables = shape.variables(writer.names, shape.symbol.name)
         head = Struct("means", (shape.said_of(variables, writer), test))
-        yield Clause(head, tuple(writer.goals), place, _text(owned, where))
+        yield Clause(head, tuple(writer.goals), place, _quote_source(owned, where))
     writer = writer_of()
     members = Var("Members")
     member = writer.names[shape.symbol.name]
-    goals = _finding(scope, shape, writer, member)
+    goals = _write_finding(scope, shape, writer, member)
     for role, _ in shape.roles:
         asked = writer.names[f"{shape.symbol.name}_{role}"]
         goals.append(Struct("part_in", (member, Atom(shape.symbol.model), Atom(role), asked)))
@@ -176,12 +176,12 @@ def _set_clauses(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator
     yield Clause(head, (every, Struct("sort", (found, members))), place)
 
 
-def _finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -> list[Term]:
+def _write_finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -> list[Term]:
     """The goals that go through what may be a member; a face that adjoins a part is found there."""
     others = tuple(
         writer.names[part.name] for part in scope.singular if part.kinds & shape.symbol.kinds
     )
-    neighbour = _neighbour(shape, scope)
+    neighbour = _find_neighbour(shape, scope)
     if neighbour is not None:
         goals: list[Term] = [Struct("shared_edge", (writer.names[neighbour], member, ANYTHING))]
         others = tuple(o for o in others if o != writer.names[neighbour])
@@ -192,7 +192,7 @@ def _finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -> list
     return goals
 
 
-def _neighbour(shape: SetShape, scope: Scope) -> str | None:
+def _find_neighbour(shape: SetShape, scope: Scope) -> str | None:
     """The singular part that every member adjoins."""
     where = shape.symbol.owned.node.where
     if where is None or shape.symbol.kinds != FACE:
@@ -211,7 +211,7 @@ def _neighbour(shape: SetShape, scope: Scope) -> str | None:
     return None
 
 
-def _group(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Clause:
+def _write_group(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Clause:
     """The members that a verdict shows: those of which it is known."""
     writer = writer_of()
     head = Struct(
@@ -234,7 +234,7 @@ def _group(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Clause:
     return Clause(head, (*writer.goals, every), _place(shape.symbol.owned))
 
 
-def _sizes(scope: Scope, owned: Owned[s.Size], writer_of: WriterOf) -> Iterator[Clause]:
+def _compile_sizes(scope: Scope, owned: Owned[s.Size], writer_of: WriterOf) -> Iterator[Clause]:
     size = owned.node
     model, place = Atom(scope.model.name), _place(owned)
     if not size.longest_first:

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from facetlog.grammar import syntax as s
 from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
 
-__all__ = ["interchangeable"]
-
 PAIR = 2
 
 
@@ -19,12 +17,12 @@ def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
     names = [p.name for p in scope.singular if not p.owned.node.optional]
     if len(names) < 2 or scope.of_things:
         return ()
-    symmetric = _symmetric(scope)
-    before = _lines(scope, symmetric, {})
+    symmetric = _find_symmetric(scope)
+    before = _collect_lines(scope, symmetric, {})
     groups: list[list[str]] = []
     for name in names:
         for group in groups:
-            if _lines(scope, symmetric, {group[0]: name, name: group[0]}) == before:
+            if _collect_lines(scope, symmetric, {group[0]: name, name: group[0]}) == before:
                 group.append(name)
                 break
         else:
@@ -32,7 +30,7 @@ def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(group) for group in groups if len(group) > 1)
 
 
-def _symmetric(scope: Scope) -> Mapping[str, bool]:
+def _find_symmetric(scope: Scope) -> Mapping[str, bool]:
     """What says the same with its arguments changed about, and whether a number comes after them.
 
     Words of the vocabulary, and definitions of two parameters with such a body.
@@ -49,19 +47,21 @@ def _symmetric(scope: Scope) -> Mapping[str, bool]:
         more = {
             name
             for name, define in defines.items()
-            if name not in found and _turns(define.parameters, define.body, found)
+            if name not in found and _is_symmetric(define.parameters, define.body, found)
         }
         if not more:
             return found
         found |= dict.fromkeys(more, False)
 
 
-def _turns(names: tuple[s.Name, ...], body: s.Expression, symmetric: Mapping[str, bool]) -> bool:
-    plain, turned = _bodies(names, body, symmetric, {})
+def _is_symmetric(
+    names: tuple[s.Name, ...], body: s.Expression, symmetric: Mapping[str, bool]
+) -> bool:
+    plain, turned = _get_bodies(names, body, symmetric, {})
     return plain == turned
 
 
-def _lines(
+def _collect_lines(
     scope: Scope, symmetric: Mapping[str, bool], swap: Mapping[str, str]
 ) -> frozenset[object]:
     """All that is said of the parts, in a form that does not depend on order."""
@@ -71,32 +71,32 @@ def _lines(
         node = part.owned.node
         name = swap.get(part.name, part.name)
         demanded = scope.where(part)
-        where = _form(demanded, symmetric, swap) if demanded is not None else None
+        where = _get_form(demanded, symmetric, swap) if demanded is not None else None
         count = (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
         said.append((name, part.kinds, part.model, node.optional, node.separate, count, where))
     for _, owned in scope.model.lines:
         line = owned.node
-        said.append((line.expect, line.if_known, _form(line.condition, symmetric, swap)))
+        said.append((line.expect, line.if_known, _get_form(line.condition, symmetric, swap)))
     said += [
-        (define.node.name.text, _form(define.node.body, symmetric, swap))
+        (define.node.name.text, _get_form(define.node.body, symmetric, swap))
         for define in scope.defines.values()
     ]
     for size in scope.model.sizes:
-        forms = [_form(m, symmetric, swap) for m in size.node.measures]
+        forms = [_get_form(m, symmetric, swap) for m in size.node.measures]
         names = tuple(n.text for n in size.node.names)
-        said.append((names, _bag(forms) if size.node.longest_first else tuple(forms)))
+        said.append((names, _sort_forms(forms) if size.node.longest_first else tuple(forms)))
     return frozenset(said)
 
 
-def _bag(forms: list[object]) -> tuple[object, ...]:
+def _sort_forms(forms: list[object]) -> tuple[object, ...]:
     return tuple(sorted(forms, key=repr))
 
 
-def _form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
+def _get_form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
     """A node without places; arguments of what is symmetric in one order."""
 
     def inner(one: s.Node) -> object:
-        return _form(one, symmetric, swap)
+        return _get_form(one, symmetric, swap)
 
     match node:
         case s.Name(text):
@@ -112,25 +112,25 @@ def _form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) 
             if name.text in symmetric:
                 last = forms[-1:] if symmetric[name.text] else []
                 first = forms[:-1] if symmetric[name.text] else forms
-                return name.text, _bag(first), tuple(last)
+                return name.text, _sort_forms(first), tuple(last)
             return name.text, tuple(forms), ()
         case s.Relation(left, name, right):
             forms = [inner(left), inner(right)]
-            ordered = _bag(forms) if name.text in symmetric else tuple(forms)
+            ordered = _sort_forms(forms) if name.text in symmetric else tuple(forms)
             return name.text, ordered, ()
         case s.Property(subject, name, negated):
             return "is", inner(subject), name.text, negated
         case s.And(conditions) | s.Or(conditions):
-            return type(node).__name__, _bag([inner(c) for c in conditions])
+            return type(node).__name__, _sort_forms([inner(c) for c in conditions])
         case s.EachOf(names, of, body):
-            plain, turned = _bodies(names, body, symmetric, swap)
+            plain, turned = _get_bodies(names, body, symmetric, swap)
             among = [inner(n) for n in of]
             # Of two that are not alike in it, which comes first says which is which.
             alike = len(names) == 1 or plain == turned
-            return "each of", len(names), _bag(among) if alike else tuple(among), plain
+            return "each of", len(names), _sort_forms(among) if alike else tuple(among), plain
         case s.There():
             where = inner(node.where) if node.where is not None else None
-            range_ = _bag([inner(n) for n in node.of])
+            range_ = _sort_forms([inner(n) for n in node.of])
             count = (
                 (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
             )
@@ -153,7 +153,7 @@ def _form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) 
             )
 
 
-def _bodies(
+def _get_bodies(
     names: tuple[s.Name, ...],
     body: s.Expression,
     symmetric: Mapping[str, bool],
@@ -163,6 +163,6 @@ def _bodies(
     plain = {name.text: f"#{number}" for number, name in enumerate(names)}
     turned = {name.text: f"#{len(names) - 1 - number}" for number, name in enumerate(names)}
     return (
-        _form(body, symmetric, {**swap, **plain}),
-        _form(body, symmetric, {**swap, **turned}),
+        _get_form(body, symmetric, {**swap, **plain}),
+        _get_form(body, symmetric, {**swap, **turned}),
     )

@@ -9,25 +9,28 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.compiling.counts import amount_test, count_numbers, some_test
-from facetlog.grammar.compiling.measures import Bound, amount, is_number, scaled, word_term
-from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
+    Bound,
     MeasureWriter,
+    SetShape,
     all_of,
+    amount,
+    amount_test,
     conjunction,
     elements_goal,
+    is_number,
+    scaled,
+    some_test,
     state_only,
+    word_term,
 )
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.vocabulary import OPENING, Kind, Kinds
-
-__all__ = ["Writer", "WriterOf"]
 
 
 @dataclass(slots=True)
@@ -44,23 +47,23 @@ class Writer(MeasureWriter):
             case s.Not(condition):
                 return Struct("not", (self.test(condition),))
             case s.Comparison():
-                return self._comparison(node)
+                return self._write_comparison(node)
             case s.Property():
-                found = self._applied(node.name.text, (node.subject,))
+                found = self._write_applied(node.name.text, (node.subject,))
                 return Struct("not", (found,)) if node.negated else found
             case s.Relation():
-                return self._applied(node.name.text, (node.left, node.right))
+                return self._write_applied(node.name.text, (node.left, node.right))
             case s.Call():
-                return self._applied(node.name.text, node.arguments)
+                return self._write_applied(node.name.text, node.arguments)
             case s.Each():
-                return self._each(node)
+                return self._write_each(node)
             case s.EachOf():
-                return self._each_of(node)
+                return self._write_each_of(node)
             case s.There():
-                return self._there(node)
+                return self._write_there(node)
         raise TypeError(node)
 
-    def _applied(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
+    def _write_applied(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
         if name in self.scope.defines:
             return self.expanded(name, arguments).test(self.scope.defines[name].node.body)
         word = self.scope.words.get(name)
@@ -78,8 +81,8 @@ class Writer(MeasureWriter):
             return Struct(name, (tuple(b.term for b in bound),))
         return word_term(name, bound)
 
-    def _comparison(self, node: s.Comparison) -> Term:
-        counted = self._counted(node)
+    def _write_comparison(self, node: s.Comparison) -> Term:
+        counted = self._write_counted(node)
         if counted is not None:
             return counted
         measure, limit = self.measure(node.measure), self.measure(node.limit)
@@ -92,39 +95,39 @@ class Writer(MeasureWriter):
                 assert node.second is not None  # noqa: S101  the grammar says so
                 test = Struct("between", (measure, limit, self.measure(node.second)))
             case s.Comparator.ABOUT:
-                test = self._near(measure, limit, ABOUT)
-                return Struct("fading", (test, scaled(ABOUT, _positive(limit))))
+                test = self._write_near(measure, limit, ABOUT)
+                return Struct("fading", (test, scaled(ABOUT, _drop_sign(limit))))
             case _:
                 if node.second is None:
                     test = Struct("near", (measure, limit, 0))
                 else:
-                    share = self._share(node.second)
+                    share = self._get_share(node.second)
                     test = (
-                        self._near(measure, limit, share)
+                        self._write_near(measure, limit, share)
                         if share is not None
                         else Struct("near", (measure, limit, self.measure(node.second)))
                     )
         if node.fading is not None:
-            share = self._share(node.fading)
+            share = self._get_share(node.fading)
             width = (
-                scaled(share, _positive(limit)) if share is not None else self.measure(node.fading)
+                scaled(share, _drop_sign(limit)) if share is not None else self.measure(node.fading)
             )
             return Struct("fading", (test, width))
         share = soft_share(node, self.scope)
         return Struct("soft", (test, share)) if share and limit != 0 else test
 
-    def _near(self, measure: Term, target: Term, share: float) -> Struct:
+    def _write_near(self, measure: Term, target: Term, share: float) -> Struct:
         """Within a share of the target."""
         if is_number(target):
-            return Struct("near", (measure, target, scaled(share, _positive(target))))
+            return Struct("near", (measure, target, scaled(share, _drop_sign(target))))
         # The target's own deviation counts once at either edge.
         return Struct("between", (measure, scaled(1 - share, target), scaled(1 + share, target)))
 
-    def _share(self, node: s.Expression) -> float | None:
+    def _get_share(self, node: s.Expression) -> float | None:
         value = constant(node, self.scope.lets)
         return value.value if value is not None and value.percent else None
 
-    def _counted(self, node: s.Comparison) -> Term | None:
+    def _write_counted(self, node: s.Comparison) -> Term | None:
         """The test of `count(set)` against a number, by its members' own degrees."""
         if _is_count(node.limit) and not _is_count(node.measure):
             turned = _TURNED.get(node.comparator)
@@ -157,7 +160,7 @@ class Writer(MeasureWriter):
 
     def number_of(self, shape: SetShape, low: float, high: float) -> Term:
         """The test that a set has so many members."""
-        groups, kinds = self._groups(shape), shape.symbol.kinds
+        groups, kinds = self._write_groups(shape), shape.symbol.kinds
         return amount_test(shape.pattern(self.names), groups, shape.test(self), low, high, kinds)
 
     def has_openings(self, least: int) -> Term:
@@ -169,7 +172,7 @@ class Writer(MeasureWriter):
         )
         return amount_test(one, groups, NOTHING, least, math.inf, OPENING)
 
-    def _groups(self, shape: SetShape) -> Var:
+    def _write_groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
         name = shape.symbol.name
         if shape.separate:
@@ -185,7 +188,7 @@ class Writer(MeasureWriter):
             lambda var: [Struct("findall", ((one,), Struct("member", (one, members)), var))],
         )
 
-    def _each(self, node: s.Each) -> Term:
+    def _write_each(self, node: s.Each) -> Term:
         if node.kind is None:
             shape = self.shapes[node.name.text]
             members = self.members(shape)
@@ -193,24 +196,24 @@ class Writer(MeasureWriter):
             body = shape.implied(self, inner.test(node.body))
             return Struct("each", (shape.pattern(self.names), members, body))
         demanded = self.scope.demanded(node, node.name)
-        variable, kinds, inner = self._element(node.kind, node.name)
-        others, where = self._others(kinds, demanded, node.name.text, variable, inner)
+        variable, kinds, inner = self._introduce_element(node.kind, node.name)
+        others, where = self._find_others(kinds, demanded, node.name.text, variable, inner)
         body = inner.test(node.body)
         if where is not None:
             body = Struct("implies", (where, body))
         return Struct("each", (variable, others, body))
 
-    def _element(self, kind: s.Name, name: s.Name) -> tuple[Var, Kinds, "Writer"]:
+    def _introduce_element(self, kind: s.Name, name: s.Name) -> tuple[Var, Kinds, "Writer"]:
         kinds = self.scope.element_kinds(kind.text)
         assert kinds is not None  # noqa: S101  the checker has seen to it
-        variable, inner = self._local(name.text, kinds)
+        variable, inner = self._introduce_local(name.text, kinds)
         return variable, kinds, inner
 
-    def _local(self, name: str, kinds: Kinds, model: str = "") -> tuple[Var, "Writer"]:
+    def _introduce_local(self, name: str, kinds: Kinds, model: str = "") -> tuple[Var, "Writer"]:
         variable = self.names.fresh(name)
         return variable, self.with_locals(**{name: Bound(variable, kinds, model)})
 
-    def _others(
+    def _find_others(
         self, kinds: Kinds, where: s.Expression | None, name: str, variable: Var, inner: "Writer"
     ) -> tuple[Var, Term | None]:
         """The elements that are no singular part, and what must be so of each of them."""
@@ -220,7 +223,7 @@ class Writer(MeasureWriter):
         if self.scope.singular and not self.scope.of_things:
             goals.append(Struct("\\+", (Struct("memberchk", (one, self.parts())),)))
         # What follows from outer names cannot choose beforehand.
-        free = test is not None and not self._mentions(where, self.outer)
+        free = test is not None and not self._is_mentioned(where, self.outer)
         if free and test is not None:
             goals.append(Struct("possible", (state_only(test),)))
         # Sorted: a verdict does not depend on the order of the facts.
@@ -229,15 +232,15 @@ class Writer(MeasureWriter):
         self.goals.append(Struct("sort", (found, others)))
         return others, test
 
-    def _mentions(self, node: s.Expression | None, names: frozenset[str]) -> bool:
+    def _is_mentioned(self, node: s.Expression | None, names: frozenset[str]) -> bool:
         return node is not None and any(
             isinstance(inner, s.Name) and inner.text in names for inner in s.walk(node)
         )
 
-    def _each_of(self, node: s.EachOf) -> Term:
+    def _write_each_of(self, node: s.EachOf) -> Term:
         first = self.scope.symbols.get(node.of[0].text)
         if len(node.of) == 1 and isinstance(first, SetSymbol):
-            return self._each_of_set(node, self.shapes[first.name])
+            return self._write_each_of_set(node, self.shapes[first.name])
         bound = [self.bound(name.text) for name in node.of]
         kinds = frozenset[Kind]().union(*(b.kinds for b in bound))
         variables = [self.names.fresh(name.text) for name in node.names]
@@ -249,7 +252,7 @@ class Writer(MeasureWriter):
         terms = tuple(b.term for b in bound)
         return Struct(functor, (*variables, terms, inner.test(node.body)))
 
-    def _each_of_set(self, node: s.EachOf, shape: SetShape) -> Term:
+    def _write_each_of_set(self, node: s.EachOf, shape: SetShape) -> Term:
         members = self.members(shape)
         patterns, conditions = [], []
         inner = self
@@ -265,8 +268,8 @@ class Writer(MeasureWriter):
         functor = "each" if len(patterns) == 1 else "each_pair"
         return Struct(functor, (*patterns, members, body))
 
-    def _there(self, node: s.There) -> Term:
-        low, high = count_numbers(node.count) if node.count else (1.0, math.inf)
+    def _write_there(self, node: s.There) -> Term:
+        low, high = (node.count.least, node.count.most) if node.count else (1.0, math.inf)
         demanded = self.scope.demanded(node, node.name)
         first = self.scope.symbols.get(node.of[0].text) if node.of else None
         among = frozenset[Kind]()
@@ -280,12 +283,12 @@ class Writer(MeasureWriter):
         elif node.of:
             bounds = [self.bound(name.text) for name in node.of]
             kinds = frozenset[Kind]().union(*(b.kinds for b in bounds))
-            pattern, inner = self._local(node.name.text, kinds, bounds[0].model)
+            pattern, inner = self._introduce_local(node.name.text, kinds, bounds[0].model)
             test = inner.test(demanded) if demanded is not None else NOTHING
-            some = self._seen(tuple(b.term for b in bounds))
+            some = self._find_seen(tuple(b.term for b in bounds))
         else:
-            variable, kinds, inner = self._element(node.kind, node.name)
-            some, own_where = self._others(kinds, demanded, node.name.text, variable, inner)
+            variable, kinds, inner = self._introduce_element(node.kind, node.name)
+            some, own_where = self._find_others(kinds, demanded, node.name.text, variable, inner)
             pattern, test = variable, own_where if own_where is not None else NOTHING
             among = kinds
         if node.count is None:
@@ -296,7 +299,7 @@ class Writer(MeasureWriter):
         self.goals.append(Struct("findall", ((one,), Struct("member", (one, some)), groups)))
         return amount_test(pattern, groups, test, low, high, among)
 
-    def _seen(self, parts: tuple[Term, ...]) -> Term:
+    def _find_seen(self, parts: tuple[Term, ...]) -> Term:
         """Those of some parts that were seen: what was not seen is no witness."""
         return self.once(
             f"seen {parts}",
@@ -318,7 +321,7 @@ def _is_count(node: s.Expression) -> bool:
     return isinstance(node, s.Call) and node.name.text == "count"
 
 
-def _positive(term: Term) -> Term:
+def _drop_sign(term: Term) -> Term:
     """A number or length without its sign; a measure as it is."""
     match term:
         case int() | float():

@@ -1,33 +1,251 @@
 """What stands in a clause: the terms of names and measures, and the goals that find them."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.compiling.measures import (
-    Bound,
-    aggregate_functor,
-    amount,
-    scaled,
-    word_term,
-)
-from facetlog.grammar.compiling.names import Names
-from facetlog.grammar.compiling.sets import SetShape
-from facetlog.grammar.constants import constant, quantity
-from facetlog.grammar.scope import THIS, Scope
+from facetlog.grammar.constants import Constant, constant, quantity
+from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds
+from facetlog.grammar.units import Dimension
+from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, THING, VOCABULARY, Kind, Kinds
 
-__all__ = [
-    "NOTHING",
-    "UNSEEN",
-    "MeasureWriter",
-    "all_of",
-    "conjunction",
-    "elements_goal",
-    "state_only",
-]
+
+class Names:
+    """Variables for names, each different; asked for again a name keeps its variable."""
+
+    def __init__(self) -> None:
+        self._of: dict[str, Var] = {}
+        self._taken: set[str] = {"Thing", "Parts", "_"}
+
+    def __getitem__(self, name: str) -> Var:
+        """The variable of a name: `top` becomes Top."""
+        if name not in self._of:
+            self._of[name] = self.fresh(name)
+        return self._of[name]
+
+    def fresh(self, name: str) -> Var:
+        """A new variable that is called like a name."""
+        first = name[:1].upper()
+        # A Prolog variable begins with a capital letter; not every script has one.
+        stem = first + name[1:] if first.isascii() and first.isalpha() else f"V_{name}"
+        found = stem
+        number = 2
+        while found in self._taken:
+            found = f"{stem}{number}"
+            number += 1
+        self._taken.add(found)
+        return Var(found)
+
+    def copy(self) -> "Names":
+        """The same names, to which more can be added."""
+        other = Names()
+        other._of = dict(self._of)
+        other._taken = set(self._taken)
+        return other
+
+
+# What the vocabulary calls the measures of a thing that share their names with those of faces.
+_OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing_height"}
+# The words that are said of pieces and of others: of pieces by a name of their own, so that whoever
+# asks of faces alone need not know the pieces.
+_OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] > PIECE)
+# The words that are said of pieces and openings alike have one such name for both.
+_IN_SPACE = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] == IN_SPACE)
+# How the middle of one thing is compared with that of another whose words have other names.
+_BY_ELEVATION = {"above": "at_least", "below": "at_most"}
+_AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What a name stands for in a clause: its term, kinds, and the model of an object."""
+
+    term: Term
+    kinds: Kinds
+    model: str = ""
+
+
+def amount(value: Constant) -> Term:
+    """A constant as a test writes it."""
+    if value.value == 0:
+        return 0
+    match value.dimension:
+        case Dimension.LENGTH:
+            return Struct("metres", (value.value,))
+        case Dimension.AREA:
+            return Struct("*", (Struct("metres", (value.value,)), Struct("metres", (1,))))
+        case _:
+            return value.value
+
+
+def scaled(factor: float, term: Term) -> Term:
+    """So many times a measure."""
+    factor = float(f"{factor:.15g}")
+    if factor == 1:
+        return term
+    if isinstance(term, int | float):
+        return float(f"{factor * term:.15g}")
+    if isinstance(term, Struct) and term.functor == "metres":
+        (value,) = term.args
+        if isinstance(value, int | float):
+            return Struct("metres", (float(f"{factor * value:.15g}"),))
+    return Struct("*", (factor, term))
+
+
+def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
+    """A measure or relation of the vocabulary with its arguments."""
+    if name in _BY_ELEVATION and arguments[0].kinds != arguments[1].kinds:
+        middles = tuple(word_term("elevation", (argument,)) for argument in arguments)
+        return Struct(_BY_ELEVATION[name], middles)
+    kinds = arguments[0].kinds
+    if name in _OF_THINGS and kinds == THING:
+        name = _OF_THINGS[name]
+    elif (name in _OF_PIECES_TOO and kinds == PIECE) or (name in _IN_SPACE and kinds <= IN_SPACE):
+        name = f"piece_{name}"
+    elif kinds == OPENING:
+        name = f"opening_{name}"
+    return Struct(name, tuple(argument.term for argument in arguments))
+
+
+def aggregate_functor(how: str) -> str:
+    """What the vocabulary calls an aggregate."""
+    return _AGGREGATES.get(how, how)
+
+
+def is_number(term: Term) -> bool:
+    """Whether a term is a number, or a length in metres."""
+    return isinstance(term, int | float) or (isinstance(term, Struct) and term.functor == "metres")
+
+
+@dataclass(frozen=True, slots=True)
+class SetShape:
+    """A set, the parts of its members that are asked for, and the word that says who is one.
+
+    A member is the thing or element itself, or, where its own parts are asked for (`seat.back`),
+    Member-Part-...; `needs` are the singular parts that its condition names.
+    """
+
+    symbol: SetSymbol
+    roles: tuple[tuple[str, Kinds], ...]
+    needs: tuple[str, ...]
+    needs_thing: bool
+    word: str
+    where: s.Expression | None
+
+    @property
+    def separate(self) -> bool:
+        """Whether members that belong together count once: no two pieces or openings do."""
+        return self.symbol.owned.node.separate and self.symbol.kinds not in (PIECE, OPENING)
+
+    def variables(self, names: Names, stem: str) -> tuple[Var, ...]:
+        return tuple(names[n] for n in (stem, *(f"{stem}_{role}" for role, _ in self.roles)))
+
+    def pattern(self, names: Names) -> Term:
+        """The term of a member."""
+        return _join_variables(self.variables(names, self.symbol.name))
+
+    def bound(self, names: Names) -> dict[str, Bound]:
+        """What the set's name, and its members' parts, stand for."""
+        return self._bind(self.variables(names, self.symbol.name), self.symbol.name)
+
+    def _bind(self, variables: tuple[Var, ...], name: str) -> dict[str, Bound]:
+        first, *rest = variables
+        found = {name: Bound(first, self.symbol.kinds, self.symbol.model)}
+        for (role, kinds), variable in zip(self.roles, rest, strict=True):
+            found[f"{name}.{role}"] = Bound(variable, kinds)
+        return found
+
+    def test(self, writer: "MeasureWriter") -> Term:
+        """The test that the member is one."""
+        return self._test(self.variables(writer.names, self.symbol.name), writer)
+
+    def _test(self, variables: tuple[Var, ...], writer: "MeasureWriter") -> Term:
+        tests: list[Term] = []
+        if self.symbol.model:
+            tests.append(Struct("is_a", (variables[0], Atom(self.symbol.model))))
+        if self.where is not None:
+            tests.append(self.said_of(variables, writer))
+        return tests[0] if len(tests) == 1 else Struct("all", (tuple(tests),))
+
+    def said_of(self, variables: tuple[Var, ...], writer: "MeasureWriter") -> Struct:
+        """The word that says who is a member, of such variables."""
+        needed = [writer.bound(name).term for name in self.needs]
+        if self.needs_thing:
+            needed.append(Var("Thing"))
+        return Struct(self.word, (*variables, *needed))
+
+    def implied(self, writer: "MeasureWriter", body: Term) -> Term:
+        """What must be so of each member, as far as it is one."""
+        test = self.test(writer)
+        return body if test == Struct("all", ((),)) else Struct("implies", (test, body))
+
+    def copy(self, writer: "MeasureWriter", name: str) -> tuple[Term, dict[str, Bound], Term]:
+        """Pattern, names and test of a member that is called otherwise."""
+        stems = (name, *(f"{name}_{role}" for role, _ in self.roles))
+        variables = tuple(writer.names.fresh(stem) for stem in stems)
+        return (
+            _join_variables(variables),
+            self._bind(variables, name),
+            self._test(variables, writer),
+        )
+
+
+def _join_variables(variables: tuple[Var, ...]) -> Term:
+    term: Term = variables[0]
+    for variable in variables[1:]:
+        term = Struct("-", (term, variable))
+    return term
+
+
+def set_shapes(scope: Scope) -> dict[str, SetShape]:
+    """The sets of a model by name."""
+    model = scope.model
+    statements: list[s.Node] = [owned.node for _, owned in model.lines]
+    statements += [owned.node for owned in model.parts]
+    statements += [owned.node for owned in model.sizes]
+    asked = _find_members_asked(statements)
+    shapes = {}
+    for symbol in scope.sets:
+        own = scope.roles.get(symbol.model, {})
+        roles = tuple(
+            (role, own[role]) for role in sorted(asked.get(symbol.name, ())) if role in own
+        )
+        where = scope.where(symbol)
+        named = names_in(where, scope)
+        searches = _is_search(where, scope) or "count" in named
+        needs = tuple(p.name for p in scope.singular if searches or p.name in named)
+        word = f"{model.name}.{symbol.name}"
+        shapes[symbol.name] = SetShape(
+            symbol,
+            roles,
+            needs,
+            searches or THIS in named,
+            word,
+            where,
+        )
+    return shapes
+
+
+def _is_search(node: s.Expression | None, scope: Scope) -> bool:
+    """Whether a condition goes through the thing: then it needs the thing and all parts."""
+    return any(
+        isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
+        for one in conditions_in(node, scope)
+        for inner in s.walk(one)
+    )
+
+
+def _find_members_asked(nodes: Iterable[s.Node]) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for node in nodes:
+        for inner in s.walk(node):
+            if isinstance(inner, s.Member):
+                found.setdefault(inner.owner.text, set()).add(inner.part.text)
+    return found
+
 
 UNSEEN = Atom("unseen")
 NOTHING = Struct("all", ((),))
@@ -123,10 +341,10 @@ class MeasureWriter:
             case s.Reference(name):
                 return self.bound(name.text)
             case s.Member(owner, part):
-                return self._member(owner.text, part.text)
+                return self._write_member(owner.text, part.text)
         raise TypeError(node)
 
-    def _member(self, owner: str, part: str) -> Bound:
+    def _write_member(self, owner: str, part: str) -> Bound:
         key = f"{owner}.{part}"
         if key in self.locals:
             return self.locals[key]
@@ -176,7 +394,7 @@ class MeasureWriter:
             return amount(value)
         match node:
             case s.Call(name, arguments):
-                return self._measured(name.text, arguments)
+                return self._write_measured(name.text, arguments)
             case s.Arithmetic(sign, left, right):
                 return Struct(sign, (self.measure(left), self.measure(right)))
             case s.Negative(operand):
@@ -186,10 +404,10 @@ class MeasureWriter:
                 assert part is not None  # noqa: S101  the checker has seen to it
                 return scaled(part.value, self.measure(whole))
             case s.Aggregate():
-                return self._aggregate(node)
+                return self._write_aggregate(node)
         raise TypeError(node)
 
-    def _measured(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
+    def _write_measured(self, name: str, arguments: tuple[s.Expression, ...]) -> Term:
         if name == "count":
             (of,) = arguments
             assert isinstance(of, s.Reference)  # noqa: S101  the checker has seen to it
@@ -204,7 +422,7 @@ class MeasureWriter:
             return self.expanded(name, arguments).measure(self.scope.defines[name].node.body)
         return word_term(name, tuple(map(self.argument, arguments)))
 
-    def _aggregate(self, node: s.Aggregate) -> Term:
+    def _write_aggregate(self, node: s.Aggregate) -> Term:
         shape = next(
             self.shapes[inner.text]
             for inner in s.walk(node.operand)
@@ -221,3 +439,45 @@ class MeasureWriter:
         values = self.names.fresh(f"{shape.symbol.name}_values")
         self.goals.append(Struct("findall", (of, Struct("member", (pattern, held)), values)))
         return Struct(aggregate_functor(node.how), (values,))
+
+
+_NO_MORE: Mapping[Kinds, Struct] = {
+    PIECE: Struct("whole", (Var("Thing"),)),
+    OPENING: Struct("openings_known", (Var("Thing"),)),
+}
+"""Of what all that a thing has may be known, and the test that it is: a round leg has no face, but
+is a piece."""
+
+
+def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
+    """The test that one was found `among` all of such kinds that a thing has, or that none was.
+
+    As long as a thing may have more openings than were seen nobody knows that there is none; what
+    there is besides of other kinds is not asked.
+    """
+    if among != OPENING:
+        return found if some else Struct("not", (found,))
+    known = _NO_MORE[OPENING]
+    if some:
+        return Struct("any", ((found, Struct("not", (known,))),))
+    return all_of([Struct("not", (found,)), known])
+
+
+def amount_test(
+    pattern: Term, groups: Term, test: Term, low: float, high: float, among: Kinds
+) -> Term:
+    """The test of so many groups, `among` all of such kinds that a thing has."""
+    tests: list[Term] = []
+    known = _NO_MORE.get(among)
+    if low > 0 and math.isfinite(low):
+        least = math.ceil(low)
+        if known is not None:
+            counted = Struct("at_least_in", (least, known, pattern, groups, test))
+        else:
+            counted = Struct("at_least_of", (least, pattern, groups, test))
+        tests.append(counted)
+    if math.isfinite(high):
+        tests.append(Struct("at_most_of", (math.floor(high), pattern, groups, test)))
+        if among == OPENING:
+            tests.append(_NO_MORE[OPENING])
+    return all_of(tests) if tests else NOTHING

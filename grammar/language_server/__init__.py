@@ -5,8 +5,6 @@ from types import MappingProxyType
 from facetlog.errors import missing_extra
 from facetlog.grammar.example_scenes import Builders
 
-__all__ = ["Builders", "run"]
-
 
 def run(builders: Builders = MappingProxyType({})) -> None:
     """Serves one editor over stdin and stdout until it says `exit` or closes them.

@@ -1,29 +1,120 @@
 """What may be written at a place: words of the language, of the vocabulary, and names."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
+from lark.exceptions import UnexpectedInput
+from lark.lexer import PatternStr
 from lsprotocol import types as lsp
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
-from facetlog.grammar.language_server import Builders
-from facetlog.grammar.language_server.context import Context, context_at
-from facetlog.grammar.language_server.documentation import (
+from facetlog.grammar.example_scenes import Builders
+from facetlog.grammar.language_server.hover import (
     constant_value,
     model_documentation,
     unit_documentation,
     word_documentation,
 )
 from facetlog.grammar.library import builtin_names
-from facetlog.grammar.reading.layout import PIECE_WORDS
+from facetlog.grammar.reading.layout import PIECE_WORDS, Token, laid_out
+from facetlog.grammar.reading.parse import LONGEST, statement_parser
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.scope import THIS
+from facetlog.grammar.source import Source
 from facetlog.grammar.units import UNITS
 from facetlog.grammar.vocabulary import Kind, Word
 
-__all__ = ["TRIGGERS", "completions"]
+# What is put where the cursor stands, so that the layout says to which statement it belongs. It is
+# no word that a statement begins with.
+_CURSOR = "cursor_9f3a"
+
+
+_MODEL = re.compile(r"^[ \t]*model\b", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The tokens of a statement before the cursor (without the word that is being written).
+
+    `follow` are the words of the language that may follow, `terminals` the names of all terminals
+    that may; both are empty if what stands there cannot be read. `model` is the nearest one above.
+    """
+
+    tokens: tuple[Token, ...]
+    follow: frozenset[str]
+    terminals: frozenset[str]
+    model: str
+
+    @property
+    def last(self) -> str:
+        """The last word or sign, empty at the beginning of a statement."""
+        return self.tokens[-1].text if self.tokens else ""
+
+    @property
+    def first(self) -> str:
+        """The first word, empty at the beginning of a statement."""
+        return self.tokens[0].text if self.tokens else ""
+
+    def ends_with(self, *words: str) -> bool:
+        """Whether these are the last words."""
+        return tuple(t.text for t in self.tokens[-len(words) :]) == words
+
+    @property
+    def after_measure(self) -> bool:
+        """Whether a name, a call or another measure has just ended: `is` may follow."""
+        return "IS" in self.terminals
+
+
+def context_at(text: str, offset: int) -> Context | None:
+    """What stands before a place; None within texts and comments."""
+    start = offset
+    while start > 0 and (text[start - 1].isalnum() or text[start - 1] == "_"):
+        start -= 1
+    # A line that begins with `model` begins a statement, so nothing before it matters.
+    models = [match.start() for match in _MODEL.finditer(text, 0, start)]
+    base = models[-1] if models else 0
+    layout = laid_out(Source("", text[base:start] + _CURSOR))
+    if not layout.statements:
+        return None
+    tokens = layout.statements[-1].tokens
+    if tokens[-1].kind != "word" or tokens[-1].text != _CURSOR or tokens[-1].start != start - base:
+        return None
+    model = ""
+    for statement in reversed(layout.statements):
+        if statement.tokens[0].text == "model" and len(statement.tokens) > 1:
+            model = statement.tokens[1].text
+            break
+    follow, terminals = _find_following(tokens[:-1])
+    return Context(tokens[:-1], follow, terminals, model)
+
+
+@cache
+def _get_keywords() -> dict[str, str]:
+    """The words of the language by the names of their terminals."""
+    patterns = {terminal.name: terminal.pattern for terminal in statement_parser().terminals}
+    return {
+        name: pattern.value
+        for name, pattern in patterns.items()
+        if isinstance(pattern, PatternStr) and pattern.value.isalpha()
+    }
+
+
+def _find_following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[str]]:
+    """The words that may follow these tokens, and the names of the terminals."""
+    if len(tokens) > LONGEST:
+        return frozenset(), frozenset()
+    state = statement_parser().parse_interactive(" ".join(token.text for token in tokens))
+    try:
+        state.exhaust_lexer()
+        accepted = frozenset(state.accepts())  # type: ignore[no-untyped-call]
+    except UnexpectedInput:
+        return frozenset(), frozenset()
+    words = frozenset(_get_keywords()[name] for name in accepted if name in _get_keywords())
+    return words | (PIECE_WORDS if "PIECE" in accepted else frozenset()), accepted
+
 
 TRIGGERS = (" ", ".", "(", ":", ",")
 """Signs after which names may stand, so that editors ask."""
@@ -51,7 +142,7 @@ def completions(
     return list(found.values())
 
 
-def _item(
+def _make_item(
     label: str, kind: lsp.CompletionItemKind, detail: str = "", documentation: str = ""
 ) -> lsp.CompletionItem:
     text = lsp.MarkupContent(lsp.MarkupKind.Markdown, documentation) if documentation else None
@@ -71,154 +162,156 @@ class _Completer:
     def items(self) -> Iterator[lsp.CompletionItem]:
         context = self.context
         if context.last == ".":
-            yield from self._members()
+            yield from self._complete_members()
             return
         if context.first == "example" and "NAME" in context.terminals:
-            yield from self._example()
+            yield from self._complete_example()
         elif "UNIT" in context.terminals:
-            yield from self._units()
+            yield from self._complete_units()
         elif "NAME" in context.terminals:
-            yield from self._names()
+            yield from self._complete_names()
         for word in sorted(context.follow):
-            yield _item(word, _KINDS.Keyword)
+            yield _make_item(word, _KINDS.Keyword)
 
     # -------------------------------------------------------- by context
 
-    def _names(self) -> Iterator[lsp.CompletionItem]:
+    def _complete_names(self) -> Iterator[lsp.CompletionItem]:
         context = self.context
         match context.first:
             case "model":
                 if context.last in ("is", "like"):
-                    yield from self._models(but=context.model)
+                    yield from self._complete_models(but=context.model)
                 return
             case "drop":
-                yield from self._labels()
+                yield from self._complete_labels()
                 return
             case "let":
                 if context.last != "let":
-                    yield from self._constants()
+                    yield from self._complete_constants()
                 return
-            case "define" if ":" not in self._texts():
+            case "define" if ":" not in self._get_texts():
                 return
         if context.last == "one" and context.first in ("one", "optional"):
-            yield from self._models()
+            yield from self._complete_models()
         elif context.last == "is" or context.ends_with("is", "not"):
-            yield from self._properties()
+            yield from self._complete_properties()
         elif context.after_measure:
-            yield from self._relations()
+            yield from self._complete_relations()
         elif self._wants_members():
-            yield from self._models()
-            yield from (_item(word, _KINDS.Keyword) for word in _SEVERAL_PIECES)
-        elif self._names_something_new():
+            yield from self._complete_models()
+            yield from (_make_item(word, _KINDS.Keyword) for word in _SEVERAL_PIECES)
+        elif self._is_new_name():
             if context.last == "each":
-                yield from self._parts(sets=True)
+                yield from self._complete_parts(sets=True)
         elif self._wants_parts():
-            yield from self._parts()
-            yield from self._locals()
+            yield from self._complete_parts()
+            yield from self._complete_locals()
         else:
-            yield from self._operands()
+            yield from self._complete_operands()
 
-    def _texts(self) -> tuple[str, ...]:
+    def _get_texts(self) -> tuple[str, ...]:
         return tuple(token.text for token in self.context.tokens)
 
     def _wants_members(self) -> bool:
         """Whether a count has just been said: faces, edges, or things of a model follow."""
         return {"faces", "vertices"} <= self.context.follow
 
-    def _names_something_new(self) -> bool:
+    def _is_new_name(self) -> bool:
         """Whether the author gives a name here: behind a kind, or in the list of a part's names."""
-        texts, tokens = self._texts(), self.context.tokens
+        texts, tokens = self._get_texts(), self.context.tokens
         if texts[-1:] and texts[-1] in (*_KIND_WORDS, *_SEVERAL_PIECES, "each", "pair"):
             return True
         declares = tokens[1:2] if texts[:1] == ("optional",) else tokens[:1]
         return "where" not in texts and any(
-            token.text in _KIND_WORDS or token.kind == "piece" for token in declares
+            token.text in _KIND_WORDS or token.text in PIECE_WORDS for token in declares
         )
 
     def _wants_parts(self) -> bool:
         """Whether a list of parts is being written: after `each x of`, `pair x, y of`."""
-        return bool(_RANGE.search(" ".join(self._texts())))
+        return bool(_RANGE.search(" ".join(self._get_texts())))
 
-    def _example(self) -> Iterator[lsp.CompletionItem]:
-        texts = self._texts()
+    def _complete_example(self) -> Iterator[lsp.CompletionItem]:
+        texts = self._get_texts()
         if "because" in texts:
-            yield from self._labels()
+            yield from self._complete_labels()
         elif texts[-1:] == ("of",):
             for name, dimensions in sorted(self.builders.items()):
-                yield _item(name, _KINDS.Constructor, f"{name}({', '.join(dimensions)})")
+                yield _make_item(name, _KINDS.Constructor, f"{name}({', '.join(dimensions)})")
         elif "UNIT" in self.context.terminals:
-            yield from self._units()
+            yield from self._complete_units()
         elif "of" in texts[:-1]:
             builder = texts[texts.index("of") + 1]
             for name in self.builders.get(builder, ()):
                 if name not in texts[texts.index("of") + 2 :]:
-                    yield _item(name, _KINDS.Field, f"of {builder}")
+                    yield _make_item(name, _KINDS.Field, f"of {builder}")
 
     # ----------------------------------------------------- what there is
 
-    def _units(self) -> Iterator[lsp.CompletionItem]:
+    def _complete_units(self) -> Iterator[lsp.CompletionItem]:
         for name in UNITS:
-            yield _item(name, _KINDS.Unit, unit_documentation(name))
+            yield _make_item(name, _KINDS.Unit, unit_documentation(name))
 
-    def _models(self, but: str = "") -> Iterator[lsp.CompletionItem]:
+    def _complete_models(self, but: str = "") -> Iterator[lsp.CompletionItem]:
         for name, model in self.analysis.all_models.items():
             if name != but:
-                yield _item(name, _KINDS.Class, "model", model_documentation(model))
+                yield _make_item(name, _KINDS.Class, "model", model_documentation(model))
         own = [name for words in self.analysis.library.words.values() for name in words.models]
         for name in [*own, *sorted(builtin_names())]:
-            yield _item(name, _KINDS.Class, "model")
+            yield _make_item(name, _KINDS.Class, "model")
 
-    def _properties(self) -> Iterator[lsp.CompletionItem]:
+    def _complete_properties(self) -> Iterator[lsp.CompletionItem]:
         for word in self.analysis.words.values():
             if word.is_condition and len(word.arguments) == 1 and not word.many:
-                yield self._word(word, _KINDS.Property)
-        yield from self._definitions(parameters=1)
-        yield from self._models()
+                yield self._make_word_item(word, _KINDS.Property)
+        yield from self._complete_definitions(parameters=1)
+        yield from self._complete_models()
 
-    def _relations(self) -> Iterator[lsp.CompletionItem]:
+    def _complete_relations(self) -> Iterator[lsp.CompletionItem]:
         for word in self.analysis.words.values():
             if word.is_condition and len(word.arguments) == 2 and not word.number_last:
-                yield self._word(word, _KINDS.Operator)
-        yield from self._definitions(parameters=2)
+                yield self._make_word_item(word, _KINDS.Operator)
+        yield from self._complete_definitions(parameters=2)
 
-    def _operands(self) -> Iterator[lsp.CompletionItem]:
-        yield from self._locals()
-        yield from self._parts()
-        yield from self._constants()
-        yield from self._definitions()
+    def _complete_operands(self) -> Iterator[lsp.CompletionItem]:
+        yield from self._complete_locals()
+        yield from self._complete_parts()
+        yield from self._complete_constants()
+        yield from self._complete_definitions()
         for word in self.analysis.words.values():
-            yield self._word(word, _KINDS.Function)
-        yield _item("count", _KINDS.Function, "count(set): count", "how many members a set has")
-        yield _item(THIS, _KINDS.Variable, "the thing itself")
+            yield self._make_word_item(word, _KINDS.Function)
+        yield _make_item(
+            "count", _KINDS.Function, "count(set): count", "how many members a set has"
+        )
+        yield _make_item(THIS, _KINDS.Variable, "the thing itself")
 
-    def _word(self, word: Word, kind: lsp.CompletionItemKind) -> lsp.CompletionItem:
-        return _item(word.name, kind, word.signature, word_documentation(word))
+    def _make_word_item(self, word: Word, kind: lsp.CompletionItemKind) -> lsp.CompletionItem:
+        return _make_item(word.name, kind, word.signature, word_documentation(word))
 
-    def _parts(self, *, sets: bool = False) -> Iterator[lsp.CompletionItem]:
+    def _complete_parts(self, *, sets: bool = False) -> Iterator[lsp.CompletionItem]:
         scope = self.analysis.scopes.get(self.context.model)
         if scope is None:
             return
         for part in () if sets else scope.singular:
-            yield _item(part.name, _KINDS.Variable, part.model or _kinds(part.kinds))
+            yield _make_item(part.name, _KINDS.Variable, part.model or _format_kinds(part.kinds))
         for several in scope.sets:
-            kind = several.model or _kinds(several.kinds)
-            yield _item(several.name, _KINDS.Variable, f"set of {kind}")
+            kind = several.model or _format_kinds(several.kinds)
+            yield _make_item(several.name, _KINDS.Variable, f"set of {kind}")
 
-    def _locals(self) -> Iterator[lsp.CompletionItem]:
-        for name in _brought(self._texts()):
-            yield _item(name, _KINDS.Variable, "named in this statement")
+    def _complete_locals(self) -> Iterator[lsp.CompletionItem]:
+        for name in _iter_introduced(self._get_texts()):
+            yield _make_item(name, _KINDS.Variable, "named in this statement")
 
-    def _constants(self) -> Iterator[lsp.CompletionItem]:
-        for name, owned in self._lets().items():
-            yield _item(name, _KINDS.Constant, constant_value(owned.node, self._lets()))
+    def _complete_constants(self) -> Iterator[lsp.CompletionItem]:
+        for name, owned in self._get_lets().items():
+            yield _make_item(name, _KINDS.Constant, constant_value(owned.node, self._get_lets()))
 
-    def _lets(self) -> Mapping[str, Owned[s.Let]]:
+    def _get_lets(self) -> Mapping[str, Owned[s.Let]]:
         if self.model is not None:
             return self.model.lets
         file = self.analysis.file
         return {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
 
-    def _definitions(self, parameters: int | None = None) -> Iterator[lsp.CompletionItem]:
+    def _complete_definitions(self, parameters: int | None = None) -> Iterator[lsp.CompletionItem]:
         defines: Iterable[s.Define]
         if self.model is not None:
             defines = [owned.node for owned in self.model.defines.values()]
@@ -228,17 +321,17 @@ class _Completer:
             if parameters in (None, len(node.parameters)):
                 names = ", ".join(map(str, node.parameters))
                 doc = node.doc.value if node.doc else ""
-                yield _item(node.name.text, _KINDS.Function, f"{node.name}({names})", doc)
+                yield _make_item(node.name.text, _KINDS.Function, f"{node.name}({names})", doc)
 
-    def _members(self) -> Iterator[lsp.CompletionItem]:
-        texts = self._texts()
+    def _complete_members(self) -> Iterator[lsp.CompletionItem]:
+        texts = self._get_texts()
         scope = self.analysis.scopes.get(self.context.model)
         owner = scope.symbols.get(texts[-2]) if scope and len(texts) > 1 else None
         if scope is not None and owner is not None:
             for name in scope.roles.get(owner.model, ()):
-                yield _item(name, _KINDS.Field, f"part of {owner.model}")
+                yield _make_item(name, _KINDS.Field, f"part of {owner.model}")
 
-    def _labels(self) -> Iterator[lsp.CompletionItem]:
+    def _complete_labels(self) -> Iterator[lsp.CompletionItem]:
         if self.model is None:
             return
         parent = self.model.written.parent
@@ -248,14 +341,14 @@ class _Completer:
         for label, owned in model.lines if model else ():
             if owned.node.label is not None:
                 reason = owned.node.reason.value if owned.node.reason else ""
-                yield _item(label, _KINDS.Reference, reason)
+                yield _make_item(label, _KINDS.Reference, reason)
 
 
-def _kinds(kinds: Iterable[Kind]) -> str:
+def _format_kinds(kinds: Iterable[Kind]) -> str:
     return "/".join(sorted(kinds))
 
 
-def _brought(texts: tuple[str, ...]) -> Iterator[str]:
+def _iter_introduced(texts: tuple[str, ...]) -> Iterator[str]:
     """The names that `each`, `there` and parameters bring before a place."""
     for i, word in enumerate(texts[:-1]):
         rest = texts[i + 1 :]

@@ -1,29 +1,80 @@
 """What is shown of the word under the pointer."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
-from facetlog.grammar.language_server import Builders
-from facetlog.grammar.language_server.documentation import (
-    code,
-    constant_value,
-    model_documentation,
-    statement_text,
-    unit_documentation,
-    word_documentation,
-)
+from facetlog.grammar.constants import constant
+from facetlog.grammar.example_scenes import Builders
+from facetlog.grammar.format import one_line
 from facetlog.grammar.language_server.symbols import Symbol, SymbolKind
 from facetlog.grammar.limits import Limit
-from facetlog.grammar.resolve import Owned
+from facetlog.grammar.reading.layout import laid_out
+from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import Source
+from facetlog.grammar.units import UNITS, Dimension
+from facetlog.grammar.vocabulary import Word
 
-__all__ = ["hover_text", "limit_text"]
+_BASE_UNITS = {
+    Dimension.LENGTH: " m",
+    Dimension.AREA: " m²",
+    Dimension.ANGLE: "°",
+    Dimension.NUMBER: "",
+}
+
+
+def code(text: str) -> str:
+    """A piece of a model file, to be shown as such."""
+    return f"```facetlog-model\n{text}\n```"
+
+
+def word_documentation(word: Word) -> str:
+    """What a word of the vocabulary means, when a scene does not know it, who brought it."""
+    lines = [f"{word.meaning[:1].upper()}{word.meaning[1:]}."]
+    if word.low is not None or word.high is not None:
+        bounds = [f"at least {word.low:g}" if word.low is not None else ""]
+        bounds.append(f"at most {word.high:g}" if word.high is not None else "")
+        lines.append(f"Always {' and '.join(b for b in bounds if b)}.")
+    if word.symmetric:
+        lines.append("The order of its arguments means nothing.")
+    if word.unknown_when:
+        lines.append(f"Not known if {word.unknown_when}.")
+    if word.source is not None:
+        lines.append(f"A word of `{word.source.name.rpartition('/')[2]}`.")
+    return "\n\n".join(lines)
+
+
+def unit_documentation(name: str) -> str:
+    """What a unit is; empty if there is none of the name."""
+    unit = UNITS.get(name)
+    if unit is None:
+        return ""
+    return f"{unit.dimension}: {unit.factor:g}{_BASE_UNITS[unit.dimension]}"
+
+
+def constant_value(let: s.Let, lets: Mapping[str, Owned[s.Let]]) -> str:
+    """The value of a constant in metres, degrees or ones; empty if it is none."""
+    value = constant(let.value, lets)
+    return "" if value is None else f"{value.value:.6g}{_BASE_UNITS[value.dimension]}"
+
+
+def model_documentation(model: FlatModel) -> str:
+    """What a model says of itself."""
+    doc = model.written.doc
+    return "" if doc is None else doc.value
+
+
+def statement_text(source: Source, offset: int) -> str:
+    """The statement at a place, on one line; empty if there is none."""
+    for statement in laid_out(source).statements:
+        if offset in statement.span:
+            return one_line(statement.tokens)
+    return ""
 
 
 def hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
     """What is known of a symbol, in Markdown; empty if nothing is."""
-    return "\n\n".join(part for part in _parts(analysis, symbol, builders) if part)
+    return "\n\n".join(part for part in _iter_parts(analysis, symbol, builders) if part)
 
 
 def limit_text(limit: Limit) -> str:
@@ -31,7 +82,7 @@ def limit_text(limit: Limit) -> str:
     return f"`{limit.text}` {limit.fades}"
 
 
-def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[str]:
+def _iter_parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[str]:
     name = symbol.name
     match symbol.kind:
         case SymbolKind.WORD:
@@ -44,8 +95,8 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             if name in builders:
                 yield code(f"{name}({', '.join(builders[name])})")
         case SymbolKind.CONSTANT:
-            yield code(_statement(analysis, symbol))
-            yield from _constant(analysis, symbol)
+            yield code(_get_statement(analysis, symbol))
+            yield from _describe_constant(analysis, symbol)
         case SymbolKind.MODEL:
             model = analysis.all_models.get(name)
             if model is None:
@@ -54,29 +105,24 @@ def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[s
             yield code(statement_text(model.source, model.written.name.span.start))
             yield model_documentation(model)
         case SymbolKind.LOCAL:
-            yield f"named in this {'definition' if _in_definition(analysis, symbol) else 'line'}"
+            in_definition = _get_statement(analysis, symbol).startswith("define ")
+            yield f"named in this {'definition' if in_definition else 'line'}"
         case SymbolKind.FILE:
             return
         case _:
-            yield code(_statement(analysis, symbol))
-            yield _in_model(analysis, symbol)
+            yield code(_get_statement(analysis, symbol))
+            yield _describe_owner(analysis, symbol)
 
 
-def _source(analysis: Analysis, symbol: Symbol) -> Source | None:
-    if symbol.home is None or symbol.home.path not in analysis.library.files:
-        return None
-    return analysis.library.files[symbol.home.path].source
-
-
-def _statement(analysis: Analysis, symbol: Symbol) -> str:
+def _get_statement(analysis: Analysis, symbol: Symbol) -> str:
     """The statement that a symbol is named by."""
-    source = _source(analysis, symbol)
-    if source is None or symbol.home is None:
+    if symbol.home is None or symbol.home.path not in analysis.library.files:
         return symbol.name
+    source = analysis.library.files[symbol.home.path].source
     return statement_text(source, symbol.home.span.start)
 
 
-def _constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
+def _describe_constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
     model = analysis.all_models.get(symbol.model)
     if model is not None:
         lets = model.lets
@@ -91,7 +137,7 @@ def _constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
             yield let.doc.value
 
 
-def _in_model(analysis: Analysis, symbol: Symbol) -> str:
+def _describe_owner(analysis: Analysis, symbol: Symbol) -> str:
     """The model that names a symbol, if another inherits it."""
     for name, model in analysis.all_models.items():
         here = symbol.home is not None and model.source.name == str(symbol.home.path)
@@ -100,7 +146,3 @@ def _in_model(analysis: Analysis, symbol: Symbol) -> str:
             if any(symbol.home.span.start in span for span in spans):
                 return f"of `{name}`"
     return ""
-
-
-def _in_definition(analysis: Analysis, symbol: Symbol) -> bool:
-    return _statement(analysis, symbol).startswith("define ")

@@ -1,6 +1,8 @@
 """The files that an editor works on: open texts before those on disk, and what is known of each."""
 
 import os
+import re
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,17 +10,83 @@ from pathlib import Path
 from lsprotocol import types as lsp
 from pygls import uris
 
-from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.analysis import Analysis, analyse
 from facetlog.grammar.checking.same_names import SameNames
 from facetlog.grammar.example_scenes import Builders, all_faults
 from facetlog.grammar.faults import Fault
-from facetlog.grammar.language_server.find_symbols import occurrences
-from facetlog.grammar.language_server.positions import UTF_16, EditorText
-from facetlog.grammar.language_server.semantic_tokens import semantic_tokens
-from facetlog.grammar.language_server.symbols import Occurrences
+from facetlog.grammar.language_server.symbols import Occurrences, occurrences
 from facetlog.grammar.library import BUILTIN, read_text
+from facetlog.grammar.source import Span
 
-__all__ = ["Project", "is_builtin", "path_of"]
+UTF_16 = "utf-16"
+
+# Line ends of the protocol: section "Text Documents" of its specification 3.17.
+_LINE_END = re.compile(r"\r\n|\n|\r")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EditorText:
+    """A text with its lines; `encoding` says in which units columns are counted."""
+
+    text: str
+    encoding: str = UTF_16
+    _starts: list[int] = field(init=False, repr=False)
+    _ends: list[int] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        ends = list(_LINE_END.finditer(self.text))
+        object.__setattr__(self, "_starts", [0, *(match.end() for match in ends)])
+        object.__setattr__(self, "_ends", [*(m.start() for m in ends), len(self.text)])
+
+    def offset(self, position: lsp.Position) -> int:
+        """The character at a position; past the end of a line or the text, that end.
+
+        >>> EditorText("a\\n😀b").offset(lsp.Position(1, 2))
+        3
+        """
+        if position.line >= len(self._starts):
+            return len(self.text)
+        at, end = self._starts[position.line], self._ends[position.line]
+        left = position.character
+        while at < end and left > 0:
+            left -= self._count_units(self.text[at])
+            at += 1
+        return at
+
+    def position(self, offset: int) -> lsp.Position:
+        """The position of a character.
+
+        >>> EditorText("a\\n😀b").position(3)
+        1:2
+        """
+        offset = min(max(offset, 0), len(self.text))
+        line = bisect_right(self._starts, offset) - 1
+        before = self.text[self._starts[line] : min(offset, self._ends[line])]
+        units = len(before) if before.isascii() else sum(map(self._count_units, before))
+        return lsp.Position(line, units)
+
+    def range(self, span: Span) -> lsp.Range:
+        """The range of a span."""
+        return lsp.Range(self.position(span.start), self.position(span.end))
+
+    def whole(self) -> lsp.Range:
+        """The range of all of the text."""
+        return self.range(Span(0, len(self.text)))
+
+    def changed(self, change: lsp.TextDocumentContentChangeEvent) -> "EditorText":
+        """The text after a change of a piece, or of all of it."""
+        text = change.text
+        if isinstance(change, lsp.TextDocumentContentChangePartial):
+            start, end = self.offset(change.range.start), self.offset(change.range.end)
+            text = self.text[:start] + change.text + self.text[max(start, end) :]
+        return EditorText(text, self.encoding)
+
+    def _count_units(self, letter: str) -> int:
+        if self.encoding == UTF_16:
+            return 2 if ord(letter) > 0xFFFF else 1
+        # Half of a surrogate pair has no UTF-8; it counts as the three bytes it would take.
+        return len(letter.encode("utf-8", "surrogatepass")) if self.encoding == "utf-8" else 1
+
 
 MOST_SEARCHED = 5000
 """Files and folders of the workspace that are looked at for models; who has more is in a home."""
@@ -38,8 +106,6 @@ class Project:
     _uris: dict[Path, str] = field(default_factory=dict)
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
-    _memories: dict[Path, Memory] = field(default_factory=dict)
-    _colours: dict[Path, tuple[int, ...]] = field(default_factory=dict)
     _same_names: SameNames | None = None
 
     # ------------------------------------------------------------- texts
@@ -65,7 +131,6 @@ class Project:
         path = path_of(uri)
         self._open.pop(path, None)
         self._uris.pop(path, None)
-        self._memories.pop(path, None)
         self.forget()
         return path
 
@@ -73,7 +138,6 @@ class Project:
         """Whatever was found out from texts may have changed."""
         self._analyses.clear()
         self._symbols.clear()
-        self._colours.clear()
         self._same_names = None
 
     @property
@@ -108,8 +172,7 @@ class Project:
         if found is None:
             if len(self._analyses) >= ANALYSES:
                 self.forget()
-            memory = self._memories.setdefault(path, Memory())
-            found = analyse(path, self.text(path).text, read=self.read, memory=memory)
+            found = analyse(path, self.text(path).text, read=self.read)
             self._analyses[path] = found
         return found
 
@@ -125,22 +188,13 @@ class Project:
 
     def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
         """What says which faults a file would have with another text."""
-        memory = Memory()
-        return lambda text: self._with_scenes(analyse(path, text, read=self.read, memory=memory))
+        return lambda text: self._with_scenes(analyse(path, text, read=self.read))
 
     def symbols(self, path: Path) -> Occurrences:
         """The symbols of a file; found once for each state of the texts."""
         found = self._symbols.get(path)
         if found is None:
             found = self._symbols[path] = occurrences(self.analysis(path))
-        return found
-
-    def colours(self, path: Path) -> tuple[int, ...]:
-        """The semantic tokens of a file; found once for each state of the texts."""
-        found = self._colours.get(path)
-        if found is None:
-            found = semantic_tokens(self.symbols(path), self.text(path), path)
-            self._colours[path] = found
         return found
 
     def files_that_say(self, word: str) -> Iterator[Path]:
@@ -150,7 +204,7 @@ class Project:
         candidates = [*self._open]
         left = MOST_SEARCHED
         for folder in dict.fromkeys(folders):
-            for path in _model_files(folder, deep=folder in self.folders):
+            for path in _iter_model_files(folder, deep=folder in self.folders):
                 if left <= 0:
                     break
                 left -= 1
@@ -172,7 +226,7 @@ def is_builtin(path: Path) -> bool:
     return BUILTIN in path.parents
 
 
-def _model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
+def _iter_model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
     """All files of a folder, hidden folders left out; what cannot be read is passed over."""
     for base, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if deep and not name.startswith("."))

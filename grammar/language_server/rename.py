@@ -2,21 +2,42 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.grammar.analysis import Analysis, analyse
-from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.project import Project, is_builtin
-from facetlog.grammar.language_server.references import references
-from facetlog.grammar.language_server.symbols import Occurrence, Occurrences, Symbol, SymbolKind
+from facetlog.grammar.language_server.symbols import (
+    Occurrence,
+    Occurrences,
+    Symbol,
+    SymbolKind,
+    occurrences,
+)
 from facetlog.grammar.reading.layout import STATEMENT_WORDS
 from facetlog.grammar.scope import THIS
 from facetlog.grammar.source import Span
 from facetlog.grammar.units import UNITS
 
-__all__ = ["Refusal", "Replacement", "renamed", "why_fixed"]
+
+def references(project: Project, symbol: Symbol, origin: Path) -> Iterator[tuple[Path, Occurrence]]:
+    """All places of a symbol, file by file: first the one `origin`."""
+    for path in _iter_files(project, symbol, origin):
+        for one in project.symbols(path).of(symbol):
+            yield path, one
+
+
+def _iter_files(project: Project, symbol: Symbol, origin: Path) -> Iterator[Path]:
+    yield origin
+    if symbol.kind in (SymbolKind.LOCAL, SymbolKind.UNIT, SymbolKind.BUILDER):
+        return
+    others = list(project.files_that_say(symbol.name))
+    if symbol.home is not None and symbol.home.path.suffix == ".model":
+        # It may lie outside of the workspace.
+        others.append(symbol.home.path)
+    yield from (path for path in dict.fromkeys(others) if path != origin)
+
 
 _NAME = re.compile(r"[^\W\d]\w*\Z")
 
@@ -115,12 +136,12 @@ def _check_meaning(
     for path in texts:
         after = analyse(path, texts[path], read=read)
         _check_faults(project.analysis(path), after, name)
-        before = _so_called(project.symbols(path), symbol.kind, name)
-        if _so_called(occurrences(after), symbol.kind, name) != before + count[path]:
+        before = _count_named(project.symbols(path), symbol.kind, name)
+        if _count_named(occurrences(after), symbol.kind, name) != before + count[path]:
             raise Refusal(f"`{name}` would be taken for something else: choose another name")
 
 
-def _so_called(known: Occurrences, kind: SymbolKind, name: str) -> int:
+def _count_named(known: Occurrences, kind: SymbolKind, name: str) -> int:
     """How often something of a kind is called so in a file."""
     every = (one.symbol for one in known.every if one.sure)
     return sum(symbol.kind is kind and symbol.name == name for symbol in every)

@@ -1,35 +1,31 @@
 """The server: each request of the protocol, and the module that answers it."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types as lsp
-from pygls.exceptions import JsonRpcException
+from pygls.exceptions import (
+    JsonRpcException,
+    JsonRpcInvalidParams,
+    JsonRpcInvalidRequest,
+    JsonRpcParseError,
+    JsonRpcServerNotInitialized,
+)
 from pygls.lsp.server import LanguageServer
+from pygls.protocol.language_server import LanguageServerProtocol, lsp_method
 from pygls.uris import to_fs_path
 
+from facetlog.grammar import syntax as s
+from facetlog.grammar.example_scenes import Builders
 from facetlog.grammar.format import formatted
-from facetlog.grammar.language_server import Builders
-from facetlog.grammar.language_server.code_actions import KINDS, code_actions, fix_all
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
-from facetlog.grammar.language_server.diagnostics import diagnostics
-from facetlog.grammar.language_server.folding import folds
+from facetlog.grammar.language_server.diagnostics import KINDS, code_actions, diagnostics, fix_all
 from facetlog.grammar.language_server.hover import hover_text, limit_text
-from facetlog.grammar.language_server.outline import outline
-from facetlog.grammar.language_server.project import Project, path_of
-from facetlog.grammar.language_server.protocol import Protocol
-from facetlog.grammar.language_server.references import references
-from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
-from facetlog.grammar.language_server.semantic_tokens import (
-    LEGEND,
-    GivenColours,
-    semantic_tokens,
-)
-from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
-from facetlog.grammar.language_server.signature_help import signature_help
+from facetlog.grammar.language_server.project import EditorText, Project, path_of
+from facetlog.grammar.language_server.rename import Refusal, references, renamed, why_fixed
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.limits import limit_at
 from facetlog.grammar.source import Source, Span
@@ -37,7 +33,142 @@ from facetlog.grammar.source import Source, Span
 if TYPE_CHECKING:
     from pygls.server import ServerErrors
 
-__all__ = ["PAUSE_S", "ModelServer", "model_server"]
+
+class Protocol(LanguageServerProtocol):
+    """The library's protocol, where it falls short.
+
+    It keeps changed texts itself, breaks lines where the protocol does not (U+2028, form feed), and
+    clips the ranges of a change in place, so that no handler sees what was sent: texts are kept by
+    `Project` alone. And it drops requests that it cannot read, so that editors wait, and answers
+    those that come before `initialize`.
+    """
+
+    @lsp_method(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    def lsp_text_document__did_change(
+        self, params: lsp.DidChangeTextDocumentParams
+    ) -> Iterator[object]:
+        """Hands the change on."""
+        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CHANGE], (params,), None
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """The data as it is: it is called for objects within messages, too."""
+        return data
+
+    def handle_message(self, message: Any) -> None:
+        """Gives a message to its handler, or says why it is refused."""
+        try:
+            self._refuse_misplaced(message)
+            structured = self._parse_message(message)
+        except JsonRpcException as refusal:
+            self._refuse(refusal, message)
+        else:
+            super().handle_message(structured)
+
+    def refuse_unreadable(self) -> None:
+        """Answers what is no JSON: nobody knows which request it was."""
+        self._send_error(None, JsonRpcParseError())
+
+    def _parse_message(self, message: dict[str, Any]) -> Any:
+        try:
+            return super().structure_message(message)
+        except JsonRpcException as error:
+            raise JsonRpcInvalidParams from error
+
+    def _refuse_misplaced(self, message: Any) -> None:
+        """Raises what a message is answered with if it is none, or none for now."""
+        if not isinstance(message, dict) or message.get("jsonrpc") != self.VERSION:
+            raise JsonRpcInvalidRequest
+        if "method" not in message:
+            return  # the editor's answer to a request of ours
+        method = message["method"]
+        is_request = "id" in message
+        if not isinstance(method, str) or (is_request and not _is_number(message["id"])):
+            raise JsonRpcInvalidRequest
+        if method == lsp.EXIT:
+            return
+        is_open = self._workspace is not None
+        if self._shutdown or (is_open and method == lsp.INITIALIZE):
+            raise JsonRpcInvalidRequest
+        if not is_open and method != lsp.INITIALIZE:
+            raise JsonRpcServerNotInitialized
+        if is_request:
+            self._get_handler(method)  # JsonRpcMethodNotFound if there is none
+
+    def _refuse(self, refusal: JsonRpcException, message: Any) -> None:
+        """Answers a request with an error; a notification and an answer get none."""
+        data = message if isinstance(message, dict) else {"id": None, "method": None}
+        if "id" in data and "method" in data:
+            number = data["id"] if _is_number(data["id"]) else None
+            self._send_error(number, refusal)
+
+    def _send_error(self, number: int | str | None, error: JsonRpcException) -> None:
+        # The library leaves a number out that is null; the protocol wants it.
+        answer = {"jsonrpc": self.VERSION, "id": number, "error": error.to_response_error()}
+        self._send_data(answer)
+
+
+def _is_number(number: object) -> bool:
+    """Whether a request may have this number: the protocol allows texts, too."""
+    return isinstance(number, int | str)
+
+
+_KINDS = lsp.SymbolKind
+
+LONGEST_NAME = 60
+"""Letters of a line that has no label, as an outline shows it."""
+
+
+def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
+    """The constants and definitions before the first model, and the models with what they hold."""
+    found = list(_iter_symbols(file.statements, text))
+    for i, model in enumerate(file.models):
+        following = file.models[i + 1].span.start if i + 1 < len(file.models) else len(text.text)
+        end = max([model.span.end, *(x.span.end for x in model.statements)])
+        if model.doc is not None:
+            end = max(end, model.doc.span.end)
+        span = Span(text.text.rfind("\n", 0, model.span.start) + 1, min(end, following))
+        found.append(
+            lsp.DocumentSymbol(
+                model.name.text,
+                _KINDS.Class,
+                text.range(span),
+                text.range(model.name.span),
+                detail="" if model.parent is None else f"{model.ancestry} {model.parent}",
+                children=list(_iter_symbols(model.statements, text)),
+            )
+        )
+    return found
+
+
+def _iter_symbols(
+    statements: Iterable[s.Statement], text: EditorText
+) -> Iterator[lsp.DocumentSymbol]:
+    for statement in statements:
+        for name, kind, span in _named(statement, text):
+            whole = text.range(Span(min(statement.span.start, span.start), statement.span.end))
+            yield lsp.DocumentSymbol(name, kind, whole, text.range(span))
+
+
+def _named(statement: s.Statement, text: EditorText) -> Iterator[tuple[str, lsp.SymbolKind, Span]]:
+    match statement:
+        case s.Part(names=names):
+            for name in names:
+                yield name.text, _KINDS.Field, name.span
+        case s.Let(name=name):
+            yield name.text, _KINDS.Constant, name.span
+        case s.Define(name=name):
+            yield name.text, _KINDS.Function, name.span
+        case s.Line(label=label) if label is not None:
+            yield label.text, _KINDS.Property, label.span
+        case s.Line(span=span):
+            words = " ".join(text.text[span.start : span.end].split())
+            short = words if len(words) <= LONGEST_NAME else words[: LONGEST_NAME - 1] + "…"
+            yield short, _KINDS.Property, span
+        case s.Example(title=title):
+            yield title.value.strip() or "example", _KINDS.Event, title.span
+        case _:
+            pass
+
 
 PAUSE_S = 0.15
 """Seconds without typing after which faults are sent: shorter than a person pauses to look."""
@@ -52,12 +183,11 @@ class ModelServer(LanguageServer):
     protocol: Protocol
 
     def __init__(self, builders: Builders) -> None:
-        super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
+        super().__init__("facetlog-model", _get_version(), protocol_cls=Protocol)
         self.builders = builders
         self.project = Project(builders=builders)
         self._waiting: asyncio.TimerHandle | None = None
         self._published: set[Path] = set()
-        self.colours = GivenColours()
 
     def publish_soon(self, delay: float = PAUSE_S) -> None:
         """Faults of all open files are sent after a pause; what was waiting waits anew."""
@@ -103,12 +233,11 @@ def model_server(builders: Builders) -> ModelServer:
     server = ModelServer(builders)
     _serve_texts(server)
     _serve_questions(server)
-    _serve_looks(server)
     _serve_names(server)
     return server
 
 
-def _version() -> str:
+def _get_version() -> str:
     try:
         return version("facetlog")
     except PackageNotFoundError:
@@ -197,15 +326,6 @@ def _serve_questions(server: ModelServer) -> None:
         return outline(project.analysis(path).file, project.text(path))
 
     @server.feature(
-        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=list(CALLS))
-    )
-    def help_with_call(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-        path = path_of(params.text_document.uri)
-        text = project.text(path)
-        offset = text.offset(params.position)
-        return signature_help(project.analysis(path), text.text, offset, server.builders)
-
-    @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=list(KINDS))
     )
     def actions(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
@@ -226,36 +346,6 @@ def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -
     """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
     wanted = [str(getattr(kind, "value", kind)) for kind in kinds]
     return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in wanted)
-
-
-# -------------------------------------------------------------------- looks
-
-
-def _serve_looks(server: ModelServer) -> None:
-    project = server.project
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
-    def colours(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-        path = path_of(params.text_document.uri)
-        return server.colours.full(path, project.colours(path))
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA)
-    def new_colours(
-        params: lsp.SemanticTokensDeltaParams,
-    ) -> lsp.SemanticTokens | lsp.SemanticTokensDelta:
-        path = path_of(params.text_document.uri)
-        return server.colours.delta(path, project.colours(path), params.previous_result_id)
-
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE)
-    def colours_in_sight(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
-        path = path_of(params.text_document.uri)
-        text = project.text(path)
-        piece = Span(text.offset(params.range.start), text.offset(params.range.end))
-        return lsp.SemanticTokens(list(semantic_tokens(project.symbols(path), text, path, piece)))
-
-    @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
-    def folding(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-        return folds(Source("", project.text(path_of(params.text_document.uri)).text))
 
 
 # -------------------------------------------------------------------- names

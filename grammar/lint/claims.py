@@ -1,40 +1,94 @@
 """What a model claims, in a form that can be compared: what lint works on."""
 
-from collections.abc import Hashable, Mapping
+import math
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.lint.linear import Atom, Interval, Linear
 from facetlog.grammar.resolve import Owned
-from facetlog.grammar.scope import Scope
+from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
 from facetlog.grammar.source import Source
+from facetlog.grammar.units import Dimension
 
-__all__ = [
-    "Bound",
-    "Claim",
-    "Claims",
-    "Origin",
-    "Place",
-    "Region",
-    "in_short",
-    "where_it_stands",
-]
+Atom: TypeAlias = tuple[Hashable, ...]
+"""One measured value: the word, and what it is measured of."""
+
+Interval: TypeAlias = tuple[float, float]
+"""Least and greatest value."""
+
+EVERYTHING: Interval = (-math.inf, math.inf)
+
+DIGITS = 12
+"""Significant digits of a factor; what differs behind them differs by rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """A constant and multiples of measured values, all of one dimension."""
+
+    constant: float
+    terms: Mapping[Atom, float]
+    dimension: Dimension
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for equal sums."""
+        return _round(self.constant), frozenset((a, _round(c)) for a, c in self.terms.items())
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether nothing is measured."""
+        return not self.terms
+
+    def times(self, factor: float, dimension: Dimension | None = None) -> "Linear":
+        """Return the sum multiplied by a number."""
+        terms = {a: _round(c * factor) for a, c in self.terms.items()} if factor else {}
+        return Linear(_round(self.constant * factor), terms, dimension or self.dimension)
+
+    def plus(self, other: "Linear", factor: float = 1.0) -> "Linear":
+        """Return the sum with so many times another; terms that cancel are left out."""
+        terms = dict(self.terms)
+        for atom, coefficient in other.terms.items():
+            value = _round(terms.get(atom, 0.0) + factor * coefficient)
+            if value:
+                terms[atom] = value
+            else:
+                terms.pop(atom, None)
+        return Linear(_round(self.constant + factor * other.constant), terms, self.dimension)
+
+    def interval(self, ranges: Mapping[Atom, Interval]) -> Interval:
+        """Return its least and greatest value, from those of what is measured."""
+        low = high = self.constant
+        for atom, coefficient in self.terms.items():
+            least, most = ranges[atom]
+            if coefficient < 0:
+                least, most = most, least
+            low += coefficient * least
+            high += coefficient * most
+        return low, high
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}") if value % 1 else value
+
 
 Place: TypeAlias = tuple[int, int]
 """A condition of the text: the ids of its statement and of itself."""
+
+LONGEST_QUOTE = 60
+"""Letters of a condition that is quoted: a message should be read at a glance."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
     """The statement that a claim is made in.
 
-    `required`: the model fails without it. `own`: it is written in the model that is looked at,
-    not inherited. `symbol` is the part or set whose `where` it is, or empty.
+    `required`: the model fails without it. `own`: it is written in the model that is checked, not
+    inherited. `symbol` is the part or set whose `where` it is, or empty.
     """
 
     statement: Owned[s.Line] | Owned[s.Part]
-    label: str
     required: bool
     if_known: bool
     own: bool
@@ -60,10 +114,10 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:
-    """A comparison as it was met, its sides as sums.
+    """A comparison with its sides as sums and its ends, `tolerance` and `fading` as given.
 
-    `low` and `high` are the ends, `tolerance` and `fading` as given. `node` stands in `source`;
-    `shown` is the place in the statement itself, which is another one if a definition was used.
+    `node` stands in `source`; `shown` is the place in the statement itself, which is another one
+    if a definition was used.
     """
 
     node: s.Comparison
@@ -81,18 +135,13 @@ class Region:
 
     @property
     def place(self) -> Place:
-        """That of the claim that it makes, if it is one by itself."""
+        """The place of the claim that it makes, if it is one by itself."""
         return id(self.origin.statement.node), id(self.shown)
 
     @property
     def bounds(self) -> tuple[Bound, ...]:
         """Its ends."""
         return tuple(b for b in (self.low_bound, self.high_bound) if b is not None)
-
-    @property
-    def absolute(self) -> bool:
-        """Whether metres are written in it."""
-        return any(b.full.absolute for b in self.bounds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,9 +178,8 @@ class Claim:
 class Claims:
     """All claims of a model, its comparisons, and the range of each measured value.
 
-    `positive` are measured values that are never zero; `steps` is how long it took to find them.
-    `used` are the names that were looked up, `in_vain` those that `each` or `there` brings and
-    nobody looked up in what they are brought for.
+    `positive` are measured values that are never zero. `used` are the names that were looked up,
+    `in_vain` those that `each` or `there` introduces and that nothing refers to.
     """
 
     scope: Scope
@@ -139,28 +187,32 @@ class Claims:
     regions: tuple[Region, ...]
     ranges: Mapping[Atom, Interval]
     positive: frozenset[Atom]
-    steps: int
     used: frozenset[str]
     in_vain: tuple[tuple[s.Name, Source], ...]
 
+    def iter_premises(self) -> Iterator[tuple[Claim, bool]]:
+        """Iterate over the claims that hold where the model does, and whether that is sure.
+
+        Lines that name an optional part do not apply where it is absent. Of a set's members
+        something follows only if there must be one, and then not surely: a member counts from a
+        degree of 1/2, at which nothing need be so of it.
+        """
+        parts = {
+            n: x.owned.node
+            for n, x in self.scope.symbols.items()
+            if isinstance(x, PartSymbol | SetSymbol)
+        }
+        optional = {name for name, node in parts.items() if node.optional}
+        for claim in self.claims:
+            if not claim.origin.required or claim.parts & optional:
+                continue
+            if not claim.of_set:
+                yield claim, True
+            elif (count := parts[claim.of_set].count) is not None and count.least > 0:
+                yield claim, False
+
 
 def in_short(source: Source, node: s.Node) -> str:
-    """The text of a node on one line, cut where it is long."""
+    """Return the text of a node on one line, cut where it is long."""
     text = " ".join(source.text[node.span.start : node.span.end].split())
     return text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"
-
-
-LONGEST_QUOTE = 60
-"""Letters of a condition that is quoted: a message should be read at a glance."""
-
-
-def where_it_stands(origin: Origin, seen_from: Source) -> str:
-    """How a message names another statement: its label, or its line, and the file if another's."""
-    name, line = origin.statement.place
-    file = "" if origin.source is seen_from else f" of {name}"
-    if origin.symbol:
-        return f"`{origin.symbol}` in line {line}{file}"
-    node = origin.statement.node
-    if isinstance(node, s.Line) and node.label is not None:
-        return f"`{node.label}` in line {line}{file}"
-    return f"line {line}{file}"

@@ -1,235 +1,288 @@
-"""What is odd about models without faults: the door to all lint warnings."""
+"""Lint: what never holds, contradicts, is said twice or is never used in models without errors."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.lint.angles import Effort, angle_faults
-from facetlog.grammar.lint.bounds import bound_faults
-from facetlog.grammar.lint.claims import Claims, Place
-from facetlog.grammar.lint.habits import absolute_sizes, habits, in_vain
-from facetlog.grammar.lint.implied import implied_models
-from facetlog.grammar.lint.knowledge import Knowledge, knowledge_of
-from facetlog.grammar.lint.normal import claims_of
-from facetlog.grammar.lint.parts import part_faults
-from facetlog.grammar.lint.ranges import region_faults
-from facetlog.grammar.lint.unused import unused_parts, unused_statements
-from facetlog.grammar.passes.memo import Fingerprints, Memo
+from facetlog.grammar.fading import FADING
+from facetlog.grammar.faults import MOST_FAULTS, Edit, Fault, Fix, Severity, removal, swap
+from facetlog.grammar.lint.claims import Bound, Claims, Linear, Place, Region, in_short
+from facetlog.grammar.lint.conflicts import find_contradictions, find_repeats
+from facetlog.grammar.lint.reader import read_claims
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
+from facetlog.grammar.source import Source, Span
+from facetlog.grammar.vocabulary import Gives
 
-__all__ = ["RULES", "KnowledgeMemo", "lint"]
+
+def find_impossible(claims: Claims, reported: set[Place]) -> Iterator[Fault]:
+    """Find comparisons of the model itself that never hold, each reported once.
+
+    `reported` gets the places of those that have a fault.
+    """
+    seen: dict[int, bool] = {}
+    for region in claims.regions:
+        if region.own and id(region.node) not in seen:
+            # Definitions are used more than once.
+            fault = _find_bad_width(claims, region) or _find_never(claims, region)
+            seen[id(region.node)] = fault is not None
+            if fault is not None:
+                yield fault
+        if seen.get(id(region.node)):
+            reported.add(region.place)
+
+
+def _find_bad_width(claims: Claims, region: Region) -> Fault | None:
+    node, source = region.node, region.source
+    widths = (("tolerance", region.tolerance, node.second), ("fading", region.fading, node.fading))
+    for what, width, shown in widths:
+        if width is None or shown is None or not width.is_constant:
+            continue
+        if width.constant < 0:
+            message, hint = f"a {what} cannot be negative", "write it without the sign"
+            fixes = _drop_sign(source.text, shown)
+            return Fault("negative-width", message, source, shown.span, hint, fixes=fixes)
+        if what == "tolerance" and width.constant == 0 and not _is_count(claims, region.measure):
+            message = "with a tolerance of 0 only an exact value will do"
+            hint = "no measure is exact: give it some room"
+            return Fault("zero-tolerance", message, source, shown.span, hint, Severity.WARNING)
+    return None
+
+
+def _drop_sign(text: str, node: s.Expression) -> tuple[Fix, ...]:
+    if not isinstance(node, s.Negative) or not isinstance(node.operand, s.Quantity):
+        return ()
+    number = node.operand.span.start
+    before = text[:number].rstrip()
+    if not before.endswith("-"):
+        return ()  # brackets stand there
+    return (Fix("leave the sign out", (Edit(Span(len(before) - 1, number), ""),), True),)
+
+
+def _is_count(claims: Claims, measure: Linear) -> bool:
+    words = claims.scope.words
+    names = [str(atom[0]) for atom in measure.terms]
+    return all(n == "count" or (n in words and words[n].gives is Gives.COUNT) for n in names)
+
+
+def _find_never(claims: Claims, region: Region) -> Fault | None:
+    node, source = region.node, region.source
+    low, high = region.low_bound, region.high_bound
+    if low and high and _is_impossible(claims, low.half.plus(high.half)):
+        first, second = in_short(source, node.limit), in_short(source, node.second or node.limit)
+        message = f"this never holds: `{first}` is more than `{second}`"
+        fixes: tuple[Fix, ...] = ()
+        if node.comparator is s.Comparator.BETWEEN and node.second is not None:
+            ends = (region.low, region.high)
+            sure = all(end is not None and end.is_constant for end in ends)
+            fixes = (swap(source.text, node.limit.span, node.second.span, sure=sure),)
+        return Fault("never-holds", message, source, node.span, "change them round", fixes=fixes)
+    for bound in region.bounds:
+        if _is_impossible(claims, bound.half):
+            why = _describe_range(claims, region, bound)
+            message = f"this never holds{why and ': ' + why}"
+            return Fault("never-holds", message, source, node.span)
+    return None
+
+
+def _is_impossible(claims: Claims, rest: Linear) -> bool:
+    """Whether what should not be negative is."""
+    high = rest.interval(claims.ranges)[1]
+    # Else nothing but measures that are never zero, taken off.
+    return high < 0 or (
+        high == 0
+        and rest.constant == 0
+        and any(c < 0 and a in claims.positive for a, c in rest.terms.items())
+    )
+
+
+def _describe_range(claims: Claims, region: Region, bound: Bound) -> str:
+    """Return the range of what is measured, if that is the reason."""
+    if len(bound.full.terms) != 1 or bound.half.interval(claims.ranges)[1] >= 0:
+        return ""
+    ((atom, factor),) = bound.full.terms.items()
+    if region.measure.terms.get(atom) != abs(factor):
+        return ""
+    name = f"`{in_short(region.source, region.node.measure)}`"
+    if atom[0] == "count":
+        name = f"the number of `{str(atom[1])[1:]}`"
+    low, high = claims.ranges[atom]
+    end, side = (high, "most") if bound is region.low_bound else (low, "least")
+    word = claims.scope.words.get(str(atom[0]))
+    shown = f"{end:g}"
+    if word is not None and word.gives is Gives.ANGLE:
+        shown = f"{end:g} deg"
+    elif word is not None and word.gives is Gives.RATIO:
+        shown = f"{100 * end:g} %"
+    return f"{name} is at {side} {shown}" if math.isfinite(end) else ""
+
+
+def find_unused_names(claims: Claims, main: s.File) -> Iterator[Fault]:
+    """Find singular parts and sets of the model itself, and local names, that nothing mentions.
+
+    The number of a set's members is a condition by itself, unless any number will do. An object is
+    required by its kind.
+    """
+    scope = claims.scope
+    for owned in scope.model.parts:
+        part = owned.node
+        if owned.file is not main or owned.model != scope.model.name:
+            continue
+        if part.count is not None and part.count.kind is not s.CountKind.ANY and not part.optional:
+            continue
+        if part.count is None and part.where is not None:
+            continue
+        for name in part.names:
+            symbol = scope.symbols.get(name.text)
+            if name.text in claims.used or symbol is None or (symbol.model and part.count is None):
+                continue
+            what = "set" if part.count is not None else "part"
+            message = f"nothing is said of the {what} `{name}`"
+            yield _warn("unused-part", message, owned.source, name, "add a line about it")
+    for name, source in claims.in_vain:
+        message = f"what must be so does not depend on `{name}`"
+        yield _warn("in-vain", message, source, name, f"say it of `{name}`")
+
+
+def find_unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]:
+    """Find constants, definitions and parameters of a file that no model uses, heirs included."""
+    used: set[int] = set()
+    for claims in models:
+        _mark_used(claims.used, claims.scope.model, used)
+    for statement in [*main.statements, *(x for model in main.models for x in model.statements)]:
+        if not isinstance(statement, s.Let | s.Define):
+            continue
+        if id(statement) not in used and statement.name.text != FADING:
+            what = "constant" if isinstance(statement, s.Let) else "definition"
+            title = f"leave out the {what} `{statement.name}`"
+            fixes = removal(title, main.source.text, statement.span, sure=False)
+            message = f"the {what} `{statement.name}` is never used"
+            code = f"unused-{what}"
+            yield _warn(code, message, main.source, statement.name, "leave it out", fixes)
+        if isinstance(statement, s.Define):
+            inside = set(_iter_references(statement.body))
+            for parameter in statement.parameters:
+                if parameter.text not in inside:
+                    message = f"`{statement.name}` does not use its `{parameter}`"
+                    hint = "leave it out"
+                    yield _warn("unused-parameter", message, main.source, parameter, hint)
+
+
+def _mark_used(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
+    """Note the constants and definitions that a model needs, and what its constants need."""
+    waiting, seen = list(names), set[str]()
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        define, let = model.defines.get(name), model.lets.get(name)
+        if define is not None:
+            used.add(id(define.node))
+        if let is not None:
+            used.add(id(let.node))
+            waiting.extend(_iter_references(let.node.value))
+
+
+def _iter_references(node: s.Expression) -> Iterator[str]:
+    for inner in s.walk(node):
+        match inner:
+            case s.Reference(name):
+                yield name.text
+            case s.Member(owner):
+                yield owner.text
+            case s.EachOf(_, of) | s.There(of=of):
+                yield from (n.text for n in of)
+
+
+def _warn(
+    code: str, message: str, source: Source, node: s.Name, hint: str, fixes: tuple[Fix, ...] = ()
+) -> Fault:
+    return Fault(code, message, source, node.span, hint, Severity.WARNING, fixes)
+
 
 MOST_STEPS = 20_000
 """Expressions of one model, its definitions opened. A large model has some hundreds."""
 
-STEPS_IN_ALL = 1_500_000
-"""The same of all models that are looked at: five thousand large ones."""
 
-SEARCH_STEPS = 150_000
-"""Steps of all searches for directions: about half a second."""
-
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """One model as its rules see it.
-
-    `reported` are the places of claims that have a warning already, `seen` the comparisons that
-    were looked at, `effort` what searches may still cost: they grow from rule to rule.
-    """
-
-    claims: Claims
-    known: Knowledge
-    main: s.File
-    effort: Effort
-    reported: set[Place] = field(default_factory=set)
-    seen: dict[int, bool] = field(default_factory=dict)
-
-
-Rule = Callable[[Look], Iterator[Fault]]
-
-_HOLDING: tuple[Rule, ...] = (
-    lambda x: region_faults(x.claims, x.seen, x.reported),
-    lambda x: bound_faults(x.claims, x.known, x.reported),
-    lambda x: angle_faults(x.claims, x.reported, x.effort),
-)
-"""Whether lines can hold, and whether they say anything."""
-
-_SAYING: tuple[Rule, ...] = (
-    lambda x: _parts(x.claims, x.main),
-    lambda x: in_vain(x.claims),
-    lambda x: absolute_sizes(x.claims, x.reported),
-)
-"""Whether something is said of what is named, and so that it can be judged."""
-
-RULES = (*_HOLDING, *_SAYING)
-"""What each model is looked at for, in this order; habits come first, models side by side last."""
-
-KnowledgeMemo: TypeAlias = Memo[Knowledge | None]
-"""What follows from models, kept from one text to the next; None of a model that is too large."""
-
-
-def lint(
-    scopes: Mapping[str, Scope],
-    main: s.File,
-    faults: Iterable[Fault],
-    prints: Fingerprints | None = None,
-    memo: KnowledgeMemo | None = None,
-) -> tuple[Fault, ...]:
-    """What is odd about the models of a file, and about what stands before them.
+def lint(scopes: Mapping[str, Scope], main: s.File, faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Return the lint faults of a file; at most MOST_FAULTS, errors first.
 
     `scopes` are those of all models in reach, `faults` those found before: a model that has an
-    error is left out, and what it might use is not said to be unused. At most MOST_FAULTS are
-    given, errors first. Never raises, and is bounded in time whatever the models say. With a
-    `memo`, only models that are not in it are looked at.
+    error is left out, and what it might use is not said to be unused. Never raises, and is bounded
+    in time whatever the models say.
     """
-    errors = _Errors(faults)
-    sound = {name: x for name, x in scopes.items() if not errors.touch(x, scopes)}
-    complete = len(sound) == len(scopes) and not errors.before_models(main)
-    every = [
-        *_faults(sound, main, complete, prints, memo or Memo()),
-        *_of_other_lines(scopes, main, errors),
-    ]
+    every = list(_iter_faults(scopes, main, _Errors(faults, scopes)))
     # What stands in a definition is met in each model that uses it.
     found = list({(f.code, f.source, f.span): f for f in reversed(every)}.values())[::-1]
     found.sort(key=lambda f: (f.severity is not Severity.ERROR, f.span.start, f.span.end))
     return tuple(found[:MOST_FAULTS])
 
 
-def _faults(
-    sound: Mapping[str, Scope],
-    main: s.File,
-    complete: bool,
-    prints: Fingerprints | None,
-    memo: KnowledgeMemo,
-) -> Iterator[Fault]:
-    """`complete`: all models are looked at, so that what none of them uses is not used."""
-    effort = Effort(SEARCH_STEPS)
-    left = STEPS_IN_ALL
-    looked: dict[str, Knowledge] = {}
-    for name, scope in sound.items():
-        kept = memo.take(scope.model, prints) if prints is not None else None
-        if kept is None:
-            known, faults = _looked_at(scope, main, min(MOST_STEPS, left), effort)
-            if prints is not None:
-                memo.keep(scope.model, prints, known, faults)
-        else:
-            known, faults = kept
-        yield from faults
-        if known is None:
-            complete = False
-            continue
-        left -= known.claims.steps
-        known.graph.visits = 0
-        looked[name] = known
-    models = {name: scope.model for name, scope in sound.items()}
-    if complete:
-        used = ((known.claims.used, models[name]) for name, known in looked.items())
-        yield from unused_statements(used, main)
-    yield from implied_models(looked, models, main)
-
-
-def _looked_at(
-    scope: Scope, main: s.File, most: int, effort: Effort
-) -> tuple[Knowledge | None, tuple[Fault, ...]]:
-    """What follows from a model, and what is odd about it if it is of the file itself."""
-    is_own = scope.model.file is main
-    found = list(habits(scope)) if is_own else []
-    claims = claims_of(scope, main, most)
-    if claims is None:
-        return None, tuple(found)
-    known = knowledge_of(claims)
-    if is_own:
-        look = Look(claims, known, main, effort)
-        for rule in RULES:
-            found.extend(rule(look))
-    return known, tuple(found)
-
-
-def _parts(claims: Claims, main: s.File) -> Iterator[Fault]:
-    parts = tuple(unused_parts(claims, main))
-    yield from parts
-    yield from part_faults(claims, main, frozenset(_text(f) for f in parts))
-
-
-def _of_other_lines(
-    scopes: Mapping[str, Scope], main: s.File, errors: "_Errors"
-) -> Iterator[Fault]:
-    """What is wrong with the sound lines of models of which other lines have errors."""
+def _iter_faults(scopes: Mapping[str, Scope], main: s.File, errors: "_Errors") -> Iterator[Fault]:
+    checked: list[Claims] = []
     for scope in scopes.values():
-        model = scope.model
-        if model.file is not main or model.written.parent is not None:
+        is_own = scope.model.file is main
+        sound = not errors.touch(scope)
+        rest = scope if sound else errors.drop_faulty_lines(scope) if is_own else None
+        claims = read_claims(rest, main, MOST_STEPS) if rest is not None else None
+        if claims is None:
             continue
-        bad = errors.statements(model)
-        if not bad or any(not isinstance(statement, s.Line) for statement in bad):
-            continue
-        lines = tuple((label, x) for label, x in model.lines if x.node not in bad)
-        mended = replace(scope, model=replace(model, lines=lines))
-        claims = claims_of(mended, main, MOST_STEPS)
-        if claims is not None:
-            look = Look(claims, knowledge_of(claims), main, Effort(SEARCH_STEPS // 10))
-            for rule in _HOLDING:
-                yield from rule(look)
-
-
-def _text(fault: Fault) -> str:
-    return fault.source.text[fault.span.start : fault.span.end]
+        if is_own:
+            reported: set[Place] = set()
+            yield from find_impossible(claims, reported)
+            yield from find_contradictions(claims, reported)
+            yield from find_repeats(claims, reported)
+        if sound:
+            checked.append(claims)
+            yield from find_unused_names(claims, main) if is_own else ()
+    if len(checked) == len(scopes) and not errors.touch_head(main):
+        yield from find_unused_statements(checked, main)
 
 
 class _Errors:
     """Where errors are, to know which models have one."""
 
-    def __init__(self, faults: Iterable[Fault]) -> None:
-        self._places: dict[int, list[int]] = {}
-        for fault in faults:
-            if fault.severity is Severity.ERROR:
-                self._places.setdefault(id(fault.source), []).append(fault.span.start)
-        self._faulty: dict[int, frozenset[int]] = {}
+    def __init__(self, faults: Iterable[Fault], scopes: Mapping[str, Scope]) -> None:
+        self._places = [(f.source, f.span.start) for f in faults if f.severity is Severity.ERROR]
+        self._faulty = {name for name, scope in scopes.items() if self._touch_text(scope.model)}
+        parents = {name: scope.model.written.parent for name, scope in scopes.items()}
+        heirs = self._faulty
+        while heirs:
+            heirs = {
+                name
+                for name, parent in parents.items()
+                if parent is not None
+                and (parent.text in self._faulty or parent.text not in scopes)
+                and name not in self._faulty
+            }
+            self._faulty |= heirs
 
-    def touch(self, scope: Scope, scopes: Mapping[str, Scope]) -> bool:
+    def touch(self, scope: Scope) -> bool:
         """Whether a model, or one that it inherits from, has an error."""
-        model: FlatModel | None = scope.model
-        seen: set[str] = set()
-        while model is not None and model.name not in seen:
-            seen.add(model.name)
-            if id(model.written) in self._of(model.file) or self.before_models(model.file):
-                return True
-            parent = model.written.parent
-            if parent is None:
-                return False
-            above = scopes.get(parent.text)
-            if above is None:
-                return True
-            model = above.model
-        return False
+        return scope.model.name in self._faulty
 
-    def statements(self, model: FlatModel) -> tuple[s.Statement | s.Model, ...]:
-        """The statements of a model that errors stand in; the model itself for its first line."""
-        starts = self._places.get(id(model.source), ())
-        return tuple(
-            statement
-            for statement in (model.written, *model.written.statements)
-            if any(start in statement.span for start in starts)
+    def touch_head(self, file: s.File) -> bool:
+        """Whether what stands before the first model of a file has an error."""
+        first = file.models[0].span.start if file.models else len(file.source.text)
+        return any(source is file.source and at < first for source, at in self._places)
+
+    def _touch_text(self, model: FlatModel) -> bool:
+        start = model.written.span.start
+        following = (m.span.start for m in model.file.models if m.span.start > start)
+        end = min(following, default=len(model.source.text) + 1)
+        return self.touch_head(model.file) or any(
+            source is model.source and start <= at < end for source, at in self._places
         )
 
-    def before_models(self, file: s.File) -> bool:
-        """Whether what stands before the first model of a file has an error."""
-        return id(file) in self._of(file)
-
-    def _of(self, file: s.File) -> frozenset[int]:
-        """The models of a file (ids) that have an error; the file's own id for what is before."""
-        found = self._faulty.get(id(file))
-        if found is None:
-            starts = sorted(self._places.get(id(file.source), ()))
-            hit: set[int] = set()
-            at: object = file
-            models = iter(file.models)
-            following = next(models, None)
-            for start in starts:
-                while following is not None and following.span.start <= start:
-                    at, following = following, next(models, None)
-                hit.add(id(at))
-            found = self._faulty[id(file)] = frozenset(hit)
-        return found
+    def drop_faulty_lines(self, scope: Scope) -> Scope | None:
+        """Return a model without its lines that have an error; None if it has other errors."""
+        model = scope.model
+        starts = [at for source, at in self._places if source is model.source]
+        statements = (model.written, *model.written.statements)
+        bad = [x for x in statements if any(start in x.span for start in starts)]
+        if not bad or model.written.parent or any(not isinstance(x, s.Line) for x in bad):
+            return None
+        lines = tuple((label, x) for label, x in model.lines if x.node not in bad)
+        return replace(scope, model=replace(model, lines=lines))

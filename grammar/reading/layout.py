@@ -5,16 +5,13 @@ open, after a word or sign that cannot end one, and where the next line begins w
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from facetlog.grammar.faults import Fault
-from facetlog.grammar.fixing.fix import Edit, Fix
+from facetlog.grammar.faults import Edit, Fault, Fix
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
-
-__all__ = ["PIECE_WORDS", "STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
 
 STATEMENT_WORDS = frozenset(
     ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so
@@ -58,10 +55,7 @@ _LABEL = re.compile(r"[^\W\d]\w*[ \t]*:")
 
 
 class Token(NamedTuple):
-    """A word, number, string, comment or sign: its kind, text and place.
-
-    The kind of a word for pieces that stands for one is `piece`.
-    """
+    """A word, number, string, comment or sign: its kind, text and place."""
 
     kind: str
     text: str
@@ -138,7 +132,6 @@ class _Lines:
         self.faults: list[Fault] = []
         self._tokens: list[Token] = []
         self._open: list[Token] = []
-        self._pieces: list[int] = []
         self._whole = True
 
     def take(self, piece: Span) -> None:
@@ -156,17 +149,15 @@ class _Lines:
                 span = Span(token.start, end)
                 self.comments.append(Comment(text.rstrip(), span, line_is_empty))
                 continue
-            if fresh_line and self._tokens and not self._goes_on(token):
+            if fresh_line and self._tokens and not self._is_continued(token):
                 self._end_statement()
             line_is_empty = fresh_line = False
-            if text in PIECE_WORDS:
-                self._pieces.append(len(self._tokens))
             self._tokens.append(token)
             if kind in ("string", "curly", "comma") or text in _BRACKETS:
                 self._check(token)
         self._end_statement()
 
-    def _goes_on(self, token: Token) -> bool:
+    def _is_continued(self, token: Token) -> bool:
         """Whether the statement goes on with this first token of a line."""
         if token.text in ("and", "or"):
             return True
@@ -183,7 +174,7 @@ class _Lines:
     def _check(self, token: Token) -> None:
         if token.kind == "string" and (len(token.text) < 2 or token.text[-1] != '"'):
             self._fault(
-                "open-text", "this text has no end", token, 'close it with "', *_closed(token)
+                "open-text", "this text has no end", token, 'close it with "', *_close_text(token)
             )
         elif token.kind == "curly":
             hint = 'write a text in quotes as "it is flat"'
@@ -192,7 +183,7 @@ class _Lines:
                 f"`{token.text[0]}` is no quotation mark here",
                 token,
                 hint,
-                *_quoted(token),
+                *_fix_quotes(token),
             )
         elif token.kind == "comma":
             point = token.text.replace(",", ".")
@@ -221,11 +212,8 @@ class _Lines:
             return
         if self._open:
             self._fault("bracket", "this bracket is not closed", self._open[-1], "")
-        for at in self._pieces:
-            if _names_pieces(self._tokens, at):
-                self._tokens[at] = self._tokens[at]._replace(kind="piece")
         self.statements.append(Statement(tuple(self._tokens), self._whole))
-        self._tokens, self._open, self._pieces, self._whole = [], [], [], True
+        self._tokens, self._open, self._whole = [], [], True
 
     def _fault(self, code: str, message: str, token: Token, hint: str, *fixes: Fix) -> None:
         self._whole = False
@@ -233,7 +221,7 @@ class _Lines:
         self.faults.append(Fault(code, message, self.source, span, hint, fixes=fixes))
 
 
-def _quoted(token: Token) -> Iterator[Fix]:
+def _fix_quotes(token: Token) -> Iterator[Fix]:
     """The fix that puts a text between curly quotes into straight ones."""
     inside = token.text[1:-1]
     if len(token.text) > 1 and token.text[-1] in _CLOSING:
@@ -241,28 +229,9 @@ def _quoted(token: Token) -> Iterator[Fix]:
         yield Fix(f"write `{text}`", (Edit(Span(token.start, token.end), text),), sure=True)
 
 
-def _closed(token: Token) -> Iterator[Fix]:
+def _close_text(token: Token) -> Iterator[Fix]:
     """The fix of a text that begins with a straight quote and ends with a curly one."""
     places = [at for at, sign in enumerate(token.text) if sign in _CLOSING and at]
     if places:
         at = token.start + places[-1]
         yield Fix('close it with `"`', (Edit(Span(at, at + 1), '"'),), sure=len(places) == 1)
-
-
-def _names_pieces(tokens: Sequence[Token], at: int) -> bool:
-    """Whether the word for pieces there stands for one: as the terminal PIECE of model.lark.
-
-    It begins a statement, or stands after `optional` or `each`; names follow, and then `where`, a
-    reason, `:` or nothing.
-    """
-    if at and tokens[at - 1].text not in ("optional", "each"):
-        return False
-    at += 1
-    while at < len(tokens) and tokens[at].kind == "word":
-        at += 1
-        if at == len(tokens) or tokens[at].text in ("where", ":") or tokens[at].kind == "string":
-            return True
-        if tokens[at].text != ",":
-            return False
-        at += 1
-    return False

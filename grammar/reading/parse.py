@@ -1,23 +1,178 @@
 """Model text into its syntax tree, with all faults of the text at once."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Generic, TypeVar
 
-from lark import Lark, Token, Tree
+from lark import Lark, Tree
+from lark import Token as LarkToken
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.reading.lalr import NotParsed, TableParser
-from facetlog.grammar.reading.layout import Layout, Statement, laid_out, pieces
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, is_slip, respelt
+from facetlog.grammar.reading.layout import (
+    STATEMENT_WORDS,
+    Layout,
+    Statement,
+    Token,
+    laid_out,
+    pieces,
+)
 from facetlog.grammar.reading.tree import TreeToSyntax
-from facetlog.grammar.reading.unexpected import Parsing, explained
 from facetlog.grammar.source import Source, Span
+from facetlog.grammar.spoken import hint_of_phrase
 
-__all__ = ["GRAMMAR", "LARGEST", "Parsed", "forget", "parse", "statement_trees"]
+# Words of the language that a misspelt word may be meant for. A word of two letters is like too
+# many others.
+_KEYWORDS = STATEMENT_WORDS.union(
+    """faces edges vertices elements where least most between about fading sharp each pair there
+    holds fails unknown because separate exactly number known weakly strongly longest like from and
+    not are any""".split()  # noqa: SIM905  a list of words is read more easily so
+)
+_SHORTEST = 3
+ALIKE = 0.7
+"""difflib's ratio from which a word may be a misspelt keyword: one slip in four letters."""
+
+WORDS_TRIED = 12
+"""Words before the fault that are tried as misspelt keywords."""
+
+MOST_WANTED = 8
+"""Of what might stand there, so much is listed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parsing:
+    """How far a text can be read (its length + 1 if all of it), and what may follow there."""
+
+    reach: int
+    expected: frozenset[str]
+
+
+def explained(
+    source: Source,
+    statement: Statement,
+    reach: Callable[[str], Parsing],
+) -> Fault:
+    """The fault of a statement that cannot be read.
+
+    `reach` says how far another text of it could be: if respelling one word as a keyword gets the
+    parser further, that word is blamed.
+    """
+    text = statement.text(source.text)
+    base = statement.span.start
+    first, *rest = statement.tokens
+    if first.text in STATEMENT_WORDS and rest and rest[0].text == ":" and first.text != "expect":
+        message = f"`{first.text}` is a word of the language, and no label"
+        span = Span(first.start, first.end)
+        return Fault("syntax", message, source, span, "choose another label")
+    here = reach(text)
+    meant = _find_misspelt(statement, text, here.reach, reach)
+    if meant is not None:
+        token, word = meant
+        message = f"`{token.text}` is not a word of the language"
+        span = Span(token.start, token.end)
+        fix = respelt(span, word, sure=is_slip(token.text, word))
+        return Fault("misspelt", message, source, span, f"did you mean `{word}`?", fixes=(fix,))
+    if here.reach >= len(text):
+        span = Span(statement.span.end, statement.span.end)
+        message, at = "the statement ends too early", len(text)
+    else:
+        token = _find_token(statement, base + here.reach)
+        span = Span(token.start, token.end)
+        message, at = f"`{token.text[:30]}` cannot stand here", token.start - base
+    wanted = _describe_wanted(here.expected)
+    hint = hint_of_phrase(text, at) or (f"expected {wanted}" if wanted else "")
+    return Fault("syntax", message, source, span, hint)
+
+
+def _find_token(statement: Statement, offset: int) -> Token:
+    for token in statement.tokens:
+        if token.end > offset:
+            return token
+    return statement.tokens[-1]
+
+
+def _find_misspelt(
+    statement: Statement, text: str, reached: int, reach: Callable[[str], Parsing]
+) -> tuple[Token, str] | None:
+    base = statement.span.start
+    words = [t for t in statement.tokens if t.kind == "word" and t.start - base <= reached]
+    best: tuple[int, Token, str] | None = None
+    for token in words[-WORDS_TRIED:]:
+        if token.text in _KEYWORDS or len(token.text) < _SHORTEST:
+            continue
+        for word in get_close_matches(token.text, sorted(_KEYWORDS), n=2, cutoff=ALIKE):
+            start = token.start - base
+            other = text[:start] + word + text[start + len(token.text) :]
+            gained = reach(other).reach - (len(word) - len(token.text))
+            if gained > reached and (best is None or gained > best[0]):
+                best = gained, token, word
+    return None if best is None else (best[1], best[2])
+
+
+# What terminals are called; several of one group are named once, by the group.
+_GROUPS = {
+    "a comparison (`= ... ± ...`, `at least`, `at most`, `between`, `about`, `is`)": {
+        "EQUAL", "AT", "BETWEEN", "ABOUT", "IS",
+    },
+    "a sign (`+`, `-`, `*`, `/`)": {"PLUS", "MINUS", "STAR", "SLASH"},
+    "a unit": {"UNIT"},
+    "a kind (`face`, `edge`, `vertex`, `element`)": {
+        "FACE", "FACES", "EDGE", "EDGES", "VERTEX", "VERTICES", "ELEMENT", "ELEMENTS", "PIECE",
+    },
+    "`lowest of` and its like": {"SUM", "MEAN", "LOWEST", "HIGHEST", "SMALLEST", "LARGEST"},
+    "a number": {"NUMBER"},
+    "a name": {"NAME"},
+    "a text in quotes": {"STRING"},
+    "`(`": {"LPAR"},
+    "`)`": {"RPAR"},
+    "`,`": {"COMMA"},
+    "`:`": {"COLON"},
+    "`.`": {"DOT"},
+    "`±`": {"_PLUS_MINUS"},
+    "`%`": {"PERCENT"},
+    "the end of the line": {"$END"},
+}  # fmt: skip
+
+
+_SIGNS = {"EQUAL": "=", "PLUS": "+", "MINUS": "-", "STAR": "*", "SLASH": "/"}
+
+
+def _describe_wanted(expected: Iterable[str]) -> str:
+    left = set(expected)
+    said = []
+    for group, terminals in _GROUPS.items():
+        # One of a group of several is named itself.
+        if len(left & terminals) >= min(2, len(terminals)):
+            said.append(group)
+            left -= terminals
+    said += [f"`{_SIGNS.get(name) or name.lower().replace('_', ' ')}`" for name in sorted(left)]
+    if not said:
+        return ""
+    if len(said) > MOST_WANTED:
+        said = [*said[:MOST_WANTED], "something else"]
+    return ", ".join(said[:-1]) + (f" or {said[-1]}" if len(said) > 1 else said[0])
+
+
+class Readable:
+    """The places where the statements stand that became syntax."""
+
+    def __init__(self, file: s.File) -> None:
+        nodes: list[s.Node] = [*file.statements]
+        for model in file.models:
+            nodes += [model, *([] if model.doc is None else [model.doc]), *model.statements]
+        # A model's own place begins behind its first word.
+        self._starts = sorted(node.span.start for node in nodes)
+
+    def has(self, span: Span) -> bool:
+        """Whether the statement at a place could be read."""
+        at = bisect_left(self._starts, span.start)
+        return at < len(self._starts) and self._starts[at] < span.end
+
 
 GRAMMAR = Path(__file__).parents[1] / "model.lark"
 
@@ -27,15 +182,8 @@ LARGEST = 4_000_000
 DEEPEST = 60
 """Expressions within expressions; what is deeper no person wrote."""
 
-MOST_STATEMENTS = 20_000
-MOST_PIECES = 500
-"""What is kept of what was read, some 40 MB: the statements of five hundred models."""
-
 LONGEST = 4000
 """Words and signs of one statement."""
-
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,15 +194,40 @@ class Parsed:
     faults: tuple[Fault, ...]
 
 
-@cache
-def _parser() -> TableParser:
-    return TableParser(_tree_parser(), TreeToSyntax())
+class _WholeWords:
+    """Refuses words that are run together: Lark would take `ofheight` for `of height`."""
+
+    always_accept = ()
+
+    def process(self, stream: Iterator[LarkToken]) -> Iterator[LarkToken]:
+        before: LarkToken | None = None
+        for token in stream:
+            if (
+                before is not None
+                and before.type != "NUMBER"
+                and before.end_pos == token.start_pos
+                and f"{before[-1]}{token[0]}".replace("_", "a").isalnum()
+            ):
+                word = LarkToken.new_borrow_pos("NAME", before + token, before)
+                raise UnexpectedToken(word, {})  # type: ignore[no-untyped-call]
+            yield token
+            before = token
 
 
 @cache
-def _tree_parser() -> Lark:
-    grammar = GRAMMAR.read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", maybe_placeholders=True)
+def statement_parser(*, trees: bool = False) -> Lark:
+    """Return the parser of one statement, which makes syntax, or trees, as it reduces."""
+    grammar, maker = GRAMMAR.read_text(encoding="utf-8"), None if trees else TreeToSyntax()
+    return Lark(
+        grammar, parser="lalr", maybe_placeholders=True, transformer=maker, postlex=_WholeWords()
+    )
+
+
+def statement_trees(source: Source) -> Iterator[Tree[LarkToken]]:
+    """Iterate over the trees of the statements that can be read, as the grammar names rules."""
+    for statement in laid_out(source).statements:
+        with suppress(UnexpectedInput):
+            yield statement_parser(trees=True).parse(statement.text(source.text))
 
 
 def parse(source: Source) -> Parsed:
@@ -68,57 +241,23 @@ def parse(source: Source) -> Parsed:
     found: list[object] = []
     comments: list[s.Comment] = []
     for span in pieces(source.text):
-        text = source.text[span.start : span.end]
-        piece = _PIECES.take(text, source.name, span.start)
-        if piece is None:
-            before = len(faults)
-            piece = _read_anew(source, span, faults)
-            if len(faults) == before:
-                _PIECES.keep(text, source.name, span.start, piece)
-        found += piece.nodes
-        comments += piece.comments
+        layout = laid_out(source, span)
+        faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
+        found += _iter_statements(source, layout, faults)
+        comments += layout.comments
     if not found and not faults:
         hint = "begin with `model NAME`"
         message = "the file has no model"
         faults.append(Fault("empty-file", message, source, Span(0, 0), hint, Severity.WARNING))
-    file = _file(source, tuple(comments), found, faults)
+    file = _make_file(source, tuple(comments), found, faults)
     return Parsed(file, tuple(sorted(faults, key=_order)))
-
-
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    """The statements and comments of a piece of a text."""
-
-    nodes: tuple[object, ...]
-    comments: tuple[s.Comment, ...]
-
-
-def _read_anew(source: Source, span: Span, faults: list[Fault]) -> _Piece:
-    layout = laid_out(source, span)
-    faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
-    return _Piece(tuple(_statements(source, layout, faults)), layout.comments)
-
-
-def _piece_moved(piece: _Piece, by: int) -> _Piece:
-    nodes = tuple(s.moved(node, by) for node in piece.nodes)
-    return _Piece(nodes, tuple(s.moved(comment, by) for comment in piece.comments))
-
-
-def statement_trees(source: Source) -> Iterator[Tree[Token]]:
-    """The trees of the statements that can be read, as the grammar names their rules."""
-    for statement in laid_out(source).statements:
-        try:
-            tree = _tree_parser().parse(statement.text(source.text))
-        except UnexpectedInput:
-            continue
-        yield tree
 
 
 def _order(fault: Fault) -> tuple[int, int]:
     return fault.span.start, fault.span.end
 
 
-def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator[object]:
+def _iter_statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator[object]:
     for statement in layout.statements:
         if len(faults) >= MOST_FAULTS:
             return
@@ -126,87 +265,37 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
             # Its brackets or texts have a fault already.
             continue
         if len(statement.tokens) > LONGEST:
-            faults.append(_too_deep(source, statement.span, "this statement is too long"))
+            faults.append(_report_too_deep(source, statement.span, "this statement is too long"))
             continue
-        node = _parsed(source, statement, faults)
+        node = _parse_statement(source, statement, faults)
         if node is not None:
             yield node
 
 
-@dataclass(slots=True)
-class _Known(Generic[T]):
-    """What was read before, by its text, with the file and place of the last.
-
-    `moved` makes a copy of it that stands elsewhere.
-    """
-
-    most: int
-    moved: Callable[[T, int], T]
-    found: dict[str, tuple[T, str, int]] = field(default_factory=dict)
-
-    def take(self, text: str, name: str, start: int) -> T | None:
-        """What would be read there; None if it was not read before.
-
-        No node stands in two places: some are compared by identity.
-        """
-        known = self.found.get(text)
-        if known is None:
-            return None
-        node, before, at = known
-        if (before, at) != (name, start):
-            node = self.moved(node, start - at)
-            self.found[text] = node, name, start
-        return node
-
-    def keep(self, text: str, name: str, start: int, node: T) -> None:
-        """Keeps what was read, and forgets all else where it is too much."""
-        if len(self.found) >= self.most:
-            self.found.clear()
-        self.found[text] = node, name, start
-
-
-_STATEMENTS: _Known[object] = _Known(MOST_STATEMENTS, s.moved)
-_PIECES: _Known[_Piece] = _Known(MOST_PIECES, _piece_moved)
-
-
-def forget() -> None:
-    """Forgets what was read before, so that all is read anew: for measurements and tests."""
-    _STATEMENTS.found.clear()
-    _PIECES.found.clear()
-
-
-def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
-    start, end = statement.span
-    text = source.text[start:end]
-    node = _STATEMENTS.take(text, source.name, start)
-    if node is None:
-        node = _parsed_anew(source, statement, faults)
-        if node is not None:
-            _STATEMENTS.keep(text, source.name, start, node)
-    return node
-
-
-def _parsed_anew(source: Source, statement: Statement, faults: list[Fault]) -> object:
+def _parse_statement(source: Source, statement: Statement, faults: list[Fault]) -> object:
     try:
-        node: object = _parser().parse(statement.tokens)
-    except NotParsed:
+        node: object = statement_parser().parse(statement.text(source.text))
+    except UnexpectedInput:
         faults.append(explained(source, statement, _reach))
         return None
-    if len(statement.tokens) > DEEPEST and _depth(node) > DEEPEST:
-        faults.append(_too_deep(source, statement.span, "this statement is nested too deeply"))
+    if len(statement.tokens) > DEEPEST and _measure_depth(node) > DEEPEST:
+        faults.append(
+            _report_too_deep(source, statement.span, "this statement is nested too deeply")
+        )
         return None
     # The first word of a statement, which names its rule, belongs to it.
+    node = s.moved(node, statement.span.start)
     return node if isinstance(node, s.Model | s.Text) else replace(node, span=statement.span)  # type: ignore[type-var]
 
 
-def _too_deep(source: Source, span: Span, message: str) -> Fault:
+def _report_too_deep(source: Source, span: Span, message: str) -> Fault:
     return Fault("too-deep", message, source, span, "use `define` and `let` for its parts")
 
 
 def _reach(text: str) -> Parsing:
     """How far a statement's text can be read, and which words may follow there."""
     try:
-        _tree_parser().parse(text)
+        statement_parser().parse(text)
     except UnexpectedToken as error:
         at = len(text) if error.token.type == "$END" else error.token.start_pos or 0
         return Parsing(at, frozenset(error.accepts or error.expected))
@@ -215,7 +304,7 @@ def _reach(text: str) -> Parsing:
     return Parsing(len(text) + 1, frozenset())
 
 
-def _depth(node: object) -> int:
+def _measure_depth(node: object) -> int:
     deepest, waiting = 0, [(node, 1)]
     while waiting:
         one, depth = waiting.pop()
@@ -227,7 +316,7 @@ def _depth(node: object) -> int:
 # ------------------------------------------------------------------ assembly
 
 
-def _file(
+def _make_file(
     source: Source, comments: tuple[s.Comment, ...], found: list[object], faults: list[Fault]
 ) -> s.File:
     first: list[s.Statement] = []
@@ -254,13 +343,13 @@ def _file(
             case _:
                 target = statements if models else first
                 if not models and not isinstance(node, (s.Use, s.Let, s.Define)):
-                    faults.append(_no_model(source, node))
+                    faults.append(_report_no_model(source, node))
                 else:
                     target.append(node)  # type: ignore[arg-type]
     finish()
     return s.File(source, tuple(first), tuple(models), comments)
 
 
-def _no_model(source: Source, node: object) -> Fault:
+def _report_no_model(source: Source, node: object) -> Fault:
     message = "this stands before the first model: only `use`, `let` and `define` may"
     return Fault("no-model", message, source, node.span, "begin with `model NAME`")  # type: ignore[attr-defined]

@@ -40,13 +40,6 @@ const vscode = {
   CodeAction: plain("title", "kind"),
   CodeActionKind: { Empty: { append: (value) => ({ value }) } },
   DocumentSymbol: plain("name", "detail", "kind", "range", "selectionRange"),
-  SemanticTokens: plain("data"),
-  SemanticTokensLegend: plain("types", "modifiers"),
-  FoldingRange: plain("start", "end", "kind"),
-  FoldingRangeKind: { Comment: 1 },
-  SignatureHelp: plain(),
-  SignatureInformation: plain("label", "documentation"),
-  ParameterInformation: plain("label"),
   WorkspaceEdit: class {
     set() {}
   },
@@ -87,8 +80,6 @@ Module._load = (name, ...more) => (name === "vscode" ? vscode : load(name, ...mo
     completions: (await providers.provideCompletionItems(document, { line: 3, character: 9 })).map((one) => one.label),
     hover: (await providers.provideHover(document, { line: 3, character: 17 })).contents.value,
     symbols: (await providers.provideDocumentSymbols(document)).map((one) => one.name),
-    tokens: (await providers.provideDocumentSemanticTokens(document)).data.length,
-    folds: (await providers.provideFoldingRanges(document, {})).length,
     errors,
   };
   await extension.deactivate();

@@ -11,13 +11,11 @@ from lsprotocol import types as lsp
 
 from facetlog.grammar.language_server.completion import completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
-from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.hover import hover_text
-from facetlog.grammar.language_server.outline import outline
-from facetlog.grammar.language_server.positions import EditorText
-from facetlog.grammar.language_server.project import Project
+from facetlog.grammar.language_server.project import EditorText, Project
 from facetlog.grammar.language_server.rename import Refusal, Replacement, renamed
-from facetlog.grammar.language_server.symbols import SymbolKind
+from facetlog.grammar.language_server.server import outline
+from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.vocabulary import VOCABULARY
 from tests.grammar.model_texts import model_files, mutated_files
 

@@ -1,4 +1,4 @@
-"""The language server while a model is written: fixes, colours, calls, folds, faulty requests."""
+"""The language server while a model is written: fixes, allowed warnings, faulty requests."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,14 +7,9 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.code_actions import code_actions, fix_all
-from facetlog.grammar.language_server.folding import folds
-from facetlog.grammar.language_server.positions import EditorText
-from facetlog.grammar.language_server.project import Project
-from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
-from facetlog.grammar.language_server.signature_help import signature_help
-from facetlog.grammar.source import Source, Span
-from facetlog.grammar.units import Dimension
+from facetlog.grammar.language_server.diagnostics import code_actions, fix_all
+from facetlog.grammar.language_server.project import EditorText, Project
+from facetlog.grammar.source import Span
 from tests.grammar.editor import Editor, RequestRefused
 
 URI = "file:///nowhere/m.model"
@@ -81,55 +76,6 @@ def test_a_warning_can_be_allowed() -> None:
     assert "  let spare = 3  # lint: allow unused-constant\n" in _after(text, allowed)
 
 
-def test_names_have_colours() -> None:
-    project, path = _project(MODEL)
-    data = semantic_tokens(project.symbols(path), project.text(path), path)
-    found: dict[tuple[str, str], int] = {}
-    line = column = 0
-    for down, right, length, colour, marks in zip(*[iter(data)] * 5, strict=True):
-        line, column = line + down, right if down else column + right
-        word = MODEL.splitlines()[line][column : column + length]
-        found.setdefault((word, LEGEND.token_types[colour]), marks)
-    assert found["board", "class"] == 1
-    assert found["flat", "function"] == 1
-    assert found["f", "parameter"] == 1
-    assert found["top", "variable"] == 1
-    assert found["adjoins", "method"] == 2
-    assert ("cuboid", "type") in found
-
-
-@pytest.mark.parametrize(
-    ("line", "label", "active"),
-    [
-        ("  angle(", "angle(face/piece, face/piece): angle", 0),
-        ("  angle(top, ", "angle(face/piece, face/piece): angle", 1),
-        ("  2 * (angle(top, side) + height(", "height(edge/face/opening/piece/thing): length", 0),
-        ("  flat(top, ", "flat(f, g)", 1),
-        ('  example "y" of cuboid(width 3 cm, ', "cuboid(width, depth)", 1),
-    ],
-)
-def test_calls_are_explained_while_they_are_written(line: str, label: str, active: int) -> None:
-    text = MODEL.replace("  tilt(top) at most 5 degs", line)
-    project, path = _project(text)
-    offset = text.index(line) + len(line)
-    builders = {"cuboid": dict.fromkeys(("width", "depth"), Dimension.LENGTH)}
-    found = signature_help(project.analysis(path), text, offset, builders)
-    assert found is not None
-    assert (found.signatures[0].label, found.active_parameter) == (label, active)
-
-
-def test_outside_of_calls_nothing_is_explained() -> None:
-    project, path = _project(MODEL)
-    for place in ("face top", "A level", "(top) at most"):
-        offset = MODEL.index(place)
-        assert signature_help(project.analysis(path), MODEL, offset, {}) is None
-
-
-def test_models_statements_and_comments_fold() -> None:
-    found = [(fold.start_line, fold.end_line, fold.kind) for fold in folds(Source("", MODEL))]
-    assert found == [(0, 1, lsp.FoldingRangeKind.Comment), (2, 9, None), (6, 7, None)]
-
-
 # ------------------------------------------------------------ over the wire
 
 
@@ -144,11 +90,6 @@ def _document(editor: Editor) -> dict[str, Any]:
     return {"textDocument": {"uri": editor.uri("m.model")}}
 
 
-def test_the_server_says_what_it_can(editor: Editor) -> None:
-    for name in ("codeAction", "semanticTokens", "signatureHelp", "foldingRange"):
-        assert editor.capabilities[f"{name}Provider"]
-
-
 def test_an_editor_is_answered(editor: Editor) -> None:
     place = {"line": 8, "character": 23}
     asked = {**_document(editor), "range": {"start": place, "end": place}}
@@ -157,52 +98,6 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     only = {"diagnostics": [], "only": ["source"]}
     found = editor.ask("textDocument/codeAction", {**asked, "context": only})
     assert [one["kind"] for one in found] == ["source.fixAll"]
-    assert editor.ask("textDocument/semanticTokens/full", _document(editor))["data"]
-    assert len(editor.ask("textDocument/foldingRange", _document(editor))) == 3
-    found = editor.at("signatureHelp", "m.model", 8, 7)
-    assert found["signatures"][0]["label"].startswith("tilt(")
-
-
-def _given(editor: Editor, name: str, how: str = "full", **more: object) -> Any:
-    document = {"textDocument": {"uri": editor.uri(name)}}
-    return editor.ask(f"textDocument/semanticTokens/{how}", {**document, **more})
-
-
-def test_an_editor_is_given_only_the_colours_that_are_new(editor: Editor) -> None:
-    editor.open("colours.model", MODEL)
-    before = _given(editor, "colours.model")
-    numbers, name = list(before["data"]), before["resultId"]
-    for text in (MODEL, f"\n\n{MODEL}", MODEL + "\nmodel more\n  face it\n", MODEL, ""):
-        editor.change("colours.model", {"text": text})
-        delta = _given(editor, "colours.model", "full/delta", previousResultId=name)
-        for edit in delta["edits"]:
-            start = edit["start"]
-            numbers[start : start + edit["deleteCount"]] = edit.get("data", [])
-        name = delta["resultId"]
-        assert numbers == _given(editor, "colours.model", "full")["data"]
-        name = _given(editor, "colours.model", "full/delta", previousResultId="forgotten")
-        assert name["data"] == numbers
-        name = name["resultId"]
-
-
-def test_colours_of_a_piece_are_those_of_the_whole_that_stand_there(editor: Editor) -> None:
-    editor.open("piece.model", MODEL)
-    lines = range(MODEL.count("\n") + 1)
-    together: list[list[int]] = []
-    for line in lines:
-        piece = {"start": {"line": line, "character": 0}, "end": {"line": line, "character": 999}}
-        data = _given(editor, "piece.model", "range", range=piece)["data"]
-        column = 0
-        for i in range(0, len(data), 5):
-            column += data[i + 1]
-            together.append([data[i] if i == 0 else line, column, *data[i + 2 : i + 5]])
-    whole, line, column = [], 0, 0
-    data = _given(editor, "piece.model")["data"]
-    for i in range(0, len(data), 5):
-        column = data[i + 1] if data[i] else column + data[i + 1]
-        line += data[i]
-        whole.append([line, column, *data[i + 2 : i + 5]])
-    assert together == whole
 
 
 NO_JSON, INVALID, UNKNOWN, PARAMETERS = -32700, -32600, -32601, -32602

@@ -2,7 +2,7 @@
 
 import pytest
 
-from facetlog.grammar.fixing.fix import applied
+from facetlog.grammar.faults import applied
 from facetlog.grammar.reading.layout import DEEPEST, laid_out
 from facetlog.grammar.source import Source
 

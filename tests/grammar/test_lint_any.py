@@ -8,8 +8,7 @@ import pytest
 
 import facetlog.rules
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.faults import MOST_FAULTS
-from tests.grammar.linted import complete, faults_in, faults_of
+from tests.grammar.linted import faults_in, faults_of
 
 RULES = sorted(Path(facetlog.rules.__path__[0]).glob("*.model"))
 
@@ -75,12 +74,3 @@ def test_what_would_take_for_ever_is_left(body: str) -> None:
     start = time.process_time()
     faults_in(body)
     assert time.process_time() - start < SLOW_S
-
-
-def test_many_equal_models_are_not_compared_for_ever() -> None:
-    body = "face " + ", ".join(NAMES) + "\n" + EACH + "x adjoins y, angle(x, y) = 85 deg ± 15 deg"
-    text = "".join(complete(body, f"m{n}") for n in range(60))
-    start = time.process_time()
-    faults = faults_of(text)
-    assert time.process_time() - start < SLOW_S
-    assert len(faults) <= MOST_FAULTS

@@ -1,4 +1,4 @@
-"""Lines that contradict one another, follow from one another, or are said twice."""
+"""Lines that contradict one another, or are said twice."""
 
 import pytest
 
@@ -77,41 +77,6 @@ def test_members_of_a_set_make_it_a_warning() -> None:
 def test_an_optional_part_contradicts_nothing() -> None:
     body = "optional face b where b adjoins a\ntilt(b) at most 20 deg\ntilt(b) at least 30 deg"
     assert "contradiction" not in codes(ONE + body)
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        ONE + "tilt(a) at most 20 deg\ntilt(a) at most 30 deg",
-        ONE + "a is level\ntilt(a) at most 30 deg",
-        ONE + "width(a) at most length(a)",
-        ONE + "elevation(a) at least 50 % of height(this)\ntop_of(a) at least 50 % of height(this)",
-        TWO + "width(a) at least 80 % of length(b)\nlength(a) at least 50 % of length(b)",
-        TWO
-        + "share(a) at least 90 %\neach x of a: share(x) at least 80 %".replace(
-            "each x of a: share(x)", "share(a)"
-        ),
-        TWO + "share(a) at least 90 %\nexpect: share(a) at least 80 %",
-    ],
-)
-def test_a_line_that_follows_from_others_is_a_warning(body: str) -> None:
-    assert codes(body) == ["implied-line"]
-    assert errors(body) == []
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        ONE + "tilt(a) at most 30 deg\nexpect: tilt(a) at most 20 deg",
-        ONE + "if known: tilt(a) at most 20 deg\ntilt(a) at most 30 deg",
-        ONE + "expect: tilt(a) at most 20 deg\ntilt(a) at most 30 deg",
-        ONE + "tilt(a) at most 20 deg fading 30 deg\ntilt(a) at most 30 deg",
-        TWO + "share(a) at least 90 %\neach x of a, b: share(x) at least 80 %",
-        TWO + "width(a) at least 80 % of length(b)\nlength(b) at least 50 % of length(a)",
-    ],
-)
-def test_a_line_that_asks_for_more_is_no_fault(body: str) -> None:
-    assert codes(body) == []
 
 
 @pytest.mark.parametrize(

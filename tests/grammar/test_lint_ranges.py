@@ -1,4 +1,4 @@
-"""Tolerances that always or never hold."""
+"""Comparisons that never hold."""
 
 import pytest
 
@@ -27,25 +27,9 @@ def test_what_can_never_hold_is_an_error(condition: str) -> None:
 @pytest.mark.parametrize(
     "condition",
     [
-        "share(a) at least 0 %",
-        "tilt(a) at most 90 deg",
-        "tilt(a) between 0 deg and 90 deg",
-        "length(a) at least 90 % of length(a)",
-        "corners(a) at least 3",
-        "share(a) + fill(a) at most 2",
-        "length(a) * width(a) at least 0 m2",
-    ],
-)
-def test_what_always_holds_is_a_warning(condition: str) -> None:
-    assert codes(f"face a\n{condition}") == ["always-holds"]
-    assert errors(f"face a\n{condition}") == []
-
-
-@pytest.mark.parametrize(
-    "condition",
-    [
         "share(a) at least 110 % fading 30 %",
         "share(a) at least 100 %",
+        "share(a) at least 0 %",
         "share(a) about 1",
         "tilt(a) at most 5 deg fading 3 deg",
         "fill(a) between 80 % and 90 %",
@@ -89,9 +73,7 @@ def test_a_definition_is_reported_once_where_it_is_written() -> None:
         ("± 0 deg", "zero-tolerance"),
         ("± 0 %", "zero-tolerance"),
         ("± -5 deg", "negative-width"),
-        ("± 5 deg fading 0 deg", "zero-fading"),
         ("± 5 deg fading -1 deg", "negative-width"),
-        ("± 0.001 deg", "too-narrow"),
     ],
 )
 def test_widths_that_cannot_be_meant_are_reported(width: str, code: str) -> None:
@@ -105,14 +87,5 @@ def test_a_count_may_be_exact() -> None:
 def test_the_number_of_a_sets_members_is_known() -> None:
     sets = "face a\n{} faces leg where leg is upright, leg adjoins a\na is level\n"
     assert errors(sets.format("at most 3") + "count(leg) at least 4") == ["never-holds"]
-    assert codes(sets.format("at least 3") + "count(leg) at least 2") == ["always-holds"]
     assert codes(sets.format("at least 3") + "count(leg) at most 8") == []
     assert codes(sets.format("optional at least 3") + "count(leg) at least 2") == []
-
-
-def test_a_measure_compared_with_itself_is_reported() -> None:
-    assert codes("face a\nelevation(a) at least 110 % of elevation(a)") == ["same-measure"]
-
-
-def test_numbers_alone_are_reported() -> None:
-    assert codes("face a\na is level, 10 cm at least 5 cm") == ["nothing-measured"]

@@ -4,7 +4,7 @@ import pytest
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS
-from facetlog.grammar.reading.parse import LARGEST, parse, statement_trees
+from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import Source
 
 
@@ -223,6 +223,12 @@ def test_a_faulty_statement_is_blamed_at_the_word_that_is_wrong(
     assert len(parsed.file.models[0].parts) == 1
 
 
+@pytest.mark.parametrize("line", ["a: tilt(x) at most 5 % oftilt(x)", "a: x is notlevel y"])
+def test_words_that_are_run_together_are_no_words(line: str) -> None:
+    (fault,) = parse(Source("m", f"model m\n{line}")).faults
+    assert fault.code == "syntax"
+
+
 def test_all_faults_of_a_file_are_reported_at_once_in_its_order() -> None:
     lines = ["model m", "fase a", "face b", "c: (x", "d: x at y", '"doc', "e: x is y"]
     parsed = parse(Source("m", "\n".join(lines)))
@@ -253,16 +259,3 @@ def test_a_file_that_is_no_model_is_refused_by_its_size() -> None:
 def test_what_is_nested_too_deeply_is_a_fault(line: str) -> None:
     (fault,) = parse(Source("m", f"model m\n{line}")).faults
     assert fault.code == "too-deep"
-
-
-def test_trees_show_the_rules_of_the_grammar() -> None:
-    (_, tree) = statement_trees(Source("m", "model m\na: x is level"))
-    assert [sub.data for sub in tree.iter_subtrees_topdown()][:3] == ["start", "line", "all"]
-
-
-def test_our_parser_and_larks_agree_on_what_is_a_statement() -> None:
-    lines = ["face a, b", "let a = 3 cm", "a: b is c", "face", "let = 3", "a: b b b b", "one a"]
-    for line in lines:
-        ours = parse(Source("m", f"model m\n{line}")).faults == ()
-        larks = len(list(statement_trees(Source("m", line)))) == 1
-        assert ours == larks, line

@@ -14,7 +14,7 @@ from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
-    from facetlog.grammar.analysis import Analysis, Memory
+    from facetlog.grammar.analysis import Analysis
     from facetlog.grammar.faults import Fault
     from facetlog.grammar.syntax import File
 
@@ -129,27 +129,22 @@ def _written(
             return faults_junit(paths, faults, read=read, warnings_as_errors=warnings_as_errors)
 
 
-def analysed(path: Path, text: str | None = None, memory: "Memory | None" = None) -> "Analysis":
-    """What is known of a model file, or of the text on standard input.
-
-    `text` takes the place of the file's own; `memory` is that of looks at it before.
-    """
+def analysed(path: Path, text: str | None = None) -> "Analysis":
+    """What is known of a model file, or of standard input; `text` takes the place of its own."""
     from facetlog.grammar.analysis import analyse
 
-    return analyse(path, stdin_text() if is_stdin(path) else text, memory=memory)
+    return analyse(path, stdin_text() if is_stdin(path) else text)
 
 
-def checked(
-    path: Path, text: str | None = None, memory: "Memory | None" = None
-) -> "tuple[Analysis, tuple[Fault, ...]]":
+def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault, ...]]":
     """What is known of a model file, and its faults with those of the things its examples build.
 
-    `text` takes the place of the file's own; `memory` is that of looks at it before.
+    `text` takes the place of the file's own.
     """
     from facetlog.grammar import syntax as s
     from facetlog.grammar.example_scenes import all_faults, examples_of
 
-    analysis = analysed(path, text, memory)
+    analysis = analysed(path, text)
     faults = analysis.faults
     if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
         from facetlog.commands.model.scenes import builder_sizes

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog import __version__
-from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.faults import Fault, Fix, Severity
 from facetlog.grammar.source import Source
 from facetlog.plain_text import plain_text
 from facetlog.terminal import shortened

@@ -13,7 +13,6 @@ from facetlog.perception.whole_file import write_whole
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
-    from facetlog.grammar.analysis import Memory
     from facetlog.grammar.faults import Fault
 
 __all__ = ["fix_files"]
@@ -24,8 +23,7 @@ def fix_files(paths: Sequence[Path]) -> None:
 
     Raises InputError for standard input, and for a file that cannot be written.
     """
-    from facetlog.grammar.analysis import Memory
-    from facetlog.grammar.fixing.fix_all import fixed
+    from facetlog.grammar.fix_all import fixed
 
     if any(map(is_stdin, paths)):
         raise InputError("--fix needs files: what is read from standard input cannot be put right")
@@ -33,7 +31,7 @@ def fix_files(paths: Sequence[Path]) -> None:
         before = analysed(path)
         if any(fault.code == "unreadable" for fault in before.faults):
             continue  # the check tells it
-        found = fixed(before.file.source.text, partial(_faults, path, Memory()))
+        found = fixed(before.file.source.text, partial(_faults, path))
         if found.text == before.file.source.text:
             continue
         write_whole(path, found.text.encode())
@@ -42,5 +40,5 @@ def fix_files(paths: Sequence[Path]) -> None:
         note(f"{path}: {counted(len(found.done), 'fault')} put right")
 
 
-def _faults(path: Path, memory: "Memory", text: str) -> "tuple[Fault, ...]":
-    return checked(path, text, memory)[1]
+def _faults(path: Path, text: str) -> "tuple[Fault, ...]":
+    return checked(path, text)[1]

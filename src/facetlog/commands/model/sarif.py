@@ -11,8 +11,7 @@ from urllib.parse import quote
 
 from facetlog import __version__
 from facetlog.grammar.fault_codes import FAULT_KINDS
-from facetlog.grammar.faults import Fault
-from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.faults import Fault, Fix
 from facetlog.grammar.source import Source, Span
 
 __all__ = ["faults_sarif"]

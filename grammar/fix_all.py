@@ -4,10 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
-from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.fixing.fix import applied
-
-__all__ = ["Check", "Done", "Fixed", "fixed"]
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity, applied
 
 MOST_TRIED = 1000
 """Fixes that are tried on one text; who needs more can ask again."""
@@ -61,74 +58,78 @@ def fixed(text: str, check: Check) -> Fixed:
     errors may show that have sure fixes, and of a statement that could not be read others, if their
     own fixes leave no more of them than before.
     """
-    return _run(Fixed(text, (), _own(text, check(text))), check, frozenset())
+    return _run(Fixed(text, (), _select_own(text, check(text))), check, frozenset())
 
 
 def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
     """The text after all sure fixes, but for those of faults that are passed over."""
     refused: set[Hashable] = set()
     for _ in range(MOST_TRIED):
-        left = [f for f in state.faults if _what(f) not in refused and _what(f) not in passed_over]
+        left = [
+            f
+            for f in state.faults
+            if _identify(f) not in refused and _identify(f) not in passed_over
+        ]
         fault = min((f for f in left if f.sure_fix is not None), key=_place, default=None)
         if fault is None:
             break
-        after = _after(state, fault, check, passed_over)
+        after = _apply_fix(state, fault, check, passed_over)
         if after is None:
-            refused.add(_what(fault))
+            refused.add(_identify(fault))
         else:
             state = after
             refused.clear()  # What was refused may do now.
     return state
 
 
-def _after(
+def _apply_fix(
     state: Fixed, fault: Fault, check: Check, passed_over: frozenset[Hashable]
 ) -> Fixed | None:
     """The text after the fix of a fault, and those of the errors that show by it; None if that
     would be no better."""
     fix = fault.sure_fix
     text = applied(state.text, fix.edits if fix is not None else ())
-    after = Fixed(text, (*state.done, _done(fault)), _own(text, check(text)))
-    if _what(fault) in map(_what, after.faults):
+    after = Fixed(text, (*state.done, _describe(fault)), _select_own(text, check(text)))
+    if _identify(fault) in map(_identify, after.faults):
         return None
-    known = passed_over | frozenset(map(_what, state.faults))
+    known = passed_over | frozenset(map(_identify, state.faults))
     if fault.code not in UNREAD:
-        if fault.code == UNCHECKED and not _better(state.faults, after.faults, fault.severity):
+        if fault.code == UNCHECKED and not _is_better(state.faults, after.faults, fault.severity):
             after = _run(after, check, known)
-        return after if _better(state.faults, after.faults, fault.severity) else None
-    if _unread(after.faults) > _unread(state.faults):
+        return after if _is_better(state.faults, after.faults, fault.severity) else None
+    if _count_unread(after.faults) > _count_unread(state.faults):
         return None
-    most = len(_errors(state.faults))
-    if len(_errors(after.faults)) > most:
+    most = len(_select_errors(state.faults))
+    if len(_select_errors(after.faults)) > most:
         after = _run(after, check, known)
-    return after if len(_errors(after.faults)) <= most or _crowded(state.faults) else None
+    return after if len(_select_errors(after.faults)) <= most or _is_crowded(state.faults) else None
 
 
-def _own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
+def _select_own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """The faults of the text itself, not of files that it uses."""
     return tuple(fault for fault in faults if fault.source.text == text)
 
 
-def _better(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
+def _is_better(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
     """Whether one error less is left and none is new, and no warning either if it was a warning
     that was mended."""
     if mended is Severity.ERROR:
-        before, after = _errors(before), _errors(after)
-    if _crowded(before):
-        return len(after) <= len(before) and _unread(after) <= _unread(before)
+        before, after = _select_errors(before), _select_errors(after)
+    if _is_crowded(before):
+        return len(after) <= len(before) and _count_unread(after) <= _count_unread(before)
     return Counter(f.code for f in after) < Counter(f.code for f in before)
 
 
-def _errors(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+def _select_errors(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(fault for fault in faults if fault.severity is Severity.ERROR)
 
 
-def _crowded(faults: Sequence[Fault]) -> bool:
+def _is_crowded(faults: Sequence[Fault]) -> bool:
     """Whether there may be more faults than are listed, which show as others go."""
     return len(faults) >= MOST_FAULTS
 
 
-def _unread(faults: Iterable[Fault]) -> int:
+def _count_unread(faults: Iterable[Fault]) -> int:
     return sum(fault.code in UNREAD for fault in faults)
 
 
@@ -137,12 +138,12 @@ def _place(fault: Fault) -> tuple[int, int]:
     return span.start, span.end
 
 
-def _what(fault: Fault) -> Hashable:
+def _identify(fault: Fault) -> Hashable:
     """What identifies a fault: what it is, and where."""
     line, column = fault.source.line_and_column(fault.span.start)
     return fault.code, fault.message, line, column
 
 
-def _done(fault: Fault) -> Done:
+def _describe(fault: Fault) -> Done:
     line, column = fault.source.line_and_column(fault.span.start)
     return Done(line, column, fault.code, fault.sure_fix.title if fault.sure_fix else "")

@@ -1,1 +1,0 @@
-"""What puts faults right: edits of a text, and a file with all that is sure of them made."""

@@ -1,1 +1,0 @@
-"""What an analysis keeps between its passes, and from one text to the next."""
