@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -18,7 +18,8 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked, clean_up
+from facetlog.kb.engine.columns import decode_chunk
+from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
@@ -46,7 +47,6 @@ from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_facts import SceneFacts
 from facetlog.kb.loading.schema import declarations
 from facetlog.kb.loading.words import Word, decode_words
-from facetlog.kb.questions import Question
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
@@ -279,13 +279,19 @@ class KnowledgeBase(Closing):
             raise ValueError(f"at most {most} answers cannot be asked for")
         with self._lock:
             self._check_open()
-            names = scenes if scenes is None else tuple(dict.fromkeys(scenes))
-            chosen = tuple(self._scenes) if names is None else names
-            modules = [self._scene(name).module for name in chosen]
-            self._facts.keep(goal, modules)
-            question = Question(self._name, goal, names, limits, most, tuple(bindings.items()))
-            asked = question.put(self._door, self._facts.columns)
-        return asked.answers()
+            chosen = tuple(self._scenes if scenes is None else dict.fromkeys(scenes))
+            self._facts.keep(goal, [self._scene(name).module for name in chosen])
+            question = (
+                Atom(self._name),
+                Atom("all") if scenes is None else tuple(map(Atom, chosen)),
+                Atom("inf") if most is None else most,
+                limits.bounds,
+                tuple(Struct("=", (Atom(name), value)) for name, value in bindings.items()),
+                goal,
+            )
+            text = term_text(Struct("query", question))
+            replies = self._door.replies("query", text, seconds=limits.seconds)
+        return _read_answers(replies, goal)
 
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
         """What a model says of a thing of a scene: the best assignment of its parts."""
@@ -434,6 +440,20 @@ class KnowledgeBase(Closing):
         if self._closed:
             raise EngineError("the knowledge base is closed")
         clear_all()
+
+
+def _read_answers(replies: Replies, goal: str) -> Answers:
+    """Return the answers to a goal, once Prolog has checked it."""
+    try:
+        names, pieces = checked(next(replies, ()), goal)
+        if not isinstance(names, tuple):
+            raise EngineError("Prolog's answer cannot be read")
+        first = decode_chunk(pieces)
+        rest = (decode_chunk(checked(reply, goal)[1]) for reply in replies)
+        return Answers(tuple(map(str, names)), chain((first,), rest), replies.close)
+    except BaseException:
+        replies.close()
+        raise
 
 
 def _terms(functor: str, *names: str) -> str:

@@ -6,11 +6,10 @@
 A question is one goal, as in Prolog, over the facts by name, the vocabulary, the verdicts and the
 list of harmless words. Question is
 
-    question(Goal, Names, Vars, PerScene, checked(Written, Scope))
+    question(Goal, Names, Vars, PerScene)
 
 Goal runs in the module facetlog_query, under in_scene/2 if PerScene is true; Names and Vars are
-those of the variables that an answer can give a value. Written is the same goal as it was written,
-without a fault in Scope.
+those of the variables that an answer can give a value.
 */
 
 :- use_module(library(assoc)).
@@ -34,7 +33,7 @@ without a fault in Scope.
 %
 %   @throws question_error(Start, End, Format, Args), offsets into Text from 0.
 
-question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal, Scope))) :-
+question(Text, Bindings, question(Runnable, Names, Vars, PerScene)) :-
     read_question(Text, Goal, Position, Named0),
     bind(Bindings, Text, Named0, Named),
     question_scope(Scope),
