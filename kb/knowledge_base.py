@@ -20,7 +20,6 @@ from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
-from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
 from facetlog.kb.engine.leftovers import (
@@ -40,6 +39,7 @@ from facetlog.kb.explaining.sight import Sight, decode_sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.loaded import LoadedScene, RuleFile
 from facetlog.kb.loading.promised_facts import FactMaker
@@ -107,8 +107,9 @@ class KnowledgeBase(Closing):
         self._request("declare_facts", declarations(), state=self._name)
         if crisp:
             self._request("be_crisp", term_text(Atom(self._name)), state=self._name)
+        rules = builtin_rules()
         for name in BUILTIN_MODELS:
-            self._rules.load_builtin(house("rules") / f"{name}.pl")
+            self._rules.load_builtin(rules / f"{name}.pl")
         _LOG.info(
             "load %d built-in models took %.3f s", len(BUILTIN_MODELS), perf_counter() - began
         )

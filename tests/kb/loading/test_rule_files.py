@@ -9,10 +9,11 @@ from typing import NamedTuple
 import pytest
 
 from facetlog.errors import EngineError, QueryError, RuleSyntaxError
-from facetlog.kb.engine.engine import house, piece_text
+from facetlog.kb.engine.engine import piece_text
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.terms import Atom, Term, decode_reply
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from tests.kb.hostile_cases import FACTS, GOOD
 
 
@@ -199,7 +200,7 @@ def test_a_file_that_cannot_be_read_is_named(base: KnowledgeBase, tmp_path: Path
 
 def test_the_built_in_models_pass_the_check_of_users_files(base: KnowledgeBase) -> None:
     for name in BUILTIN_MODELS:
-        rules = base.load_rules(house("rules") / f"{name}.pl")
+        rules = base.load_rules(builtin_rules() / f"{name}.pl")
         base.unload_rules(rules)
         assert rules.models == (name,)
         assert rules.warnings == ()
@@ -208,7 +209,7 @@ def test_the_built_in_models_pass_the_check_of_users_files(base: KnowledgeBase) 
 @pytest.mark.parametrize("model", BUILTIN_MODELS)
 def test_a_checked_model_says_what_the_built_in_one_does(base: KnowledgeBase, model: str) -> None:
     expected = base.judge("s", model, "t1").to_json()
-    rules = base.load_rules(house("rules") / f"{model}.pl")
+    rules = base.load_rules(builtin_rules() / f"{model}.pl")
     found = base.judge("s", model, "t1").to_json()
     base.unload_rules(rules)
     assert found == expected

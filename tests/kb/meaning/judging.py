@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.schema import declarations
 from tests.kb.meaning.cases import MODULES, Case
 from tests.kb.meaning.models import Model
@@ -33,6 +34,7 @@ def program() -> str:
     bridge = house("kb") / "prolog" / "bridge.pl"
     return (
         f"load_files({str(bridge)!r}, [silent(true)]),"
+        f"asserta(user:file_search_path(facetlog, {str(builtin_rules())!r})),"
         f"schema:declare_facts({declarations()}),"
         "create_prolog_flag(facetlog_native, true, []),"
         f"load_files({str(HERE / 'judging.pl')!r}, [silent(true)])"
