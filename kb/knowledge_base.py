@@ -218,11 +218,12 @@ class KnowledgeBase(Closing):
         """The models of a user's file, loaded into a module of their own.
 
         A model takes the place of a built-in one of the same name, and the file that of the same
-        file loaded before. A trusted file is ordinary Prolog and may do anything; any other is data
-        until it has been checked. A file in the model language is compiled, which trust does not
-        change; the files whose models it asks about are loaded before it, unless they are already.
+        file loaded before. A file in the model language is compiled to clauses that have no
+        effect; the files whose models it asks about are loaded before it, unless they are already.
+        A file in Prolog is a program, which may do anything: it must be `trusted`.
         Raises RuleSyntaxError, naming file and line, if the file cannot be read, uses a word that
-        there is not, or defines a model that another user's file defines.
+        there is not, is in Prolog and not trusted, or defines a model that another user's file
+        defines.
         """
         self._check_open()
         return self._rules.load(Path(path), trusted=trusted)

@@ -160,12 +160,12 @@ result("destroy_scene", Text, true) :-
 result("load_builtin", Text, Loaded) :-
     term_string(Path, Text),
     load_builtin(Path, Loaded).
-result("load_rules", Text, Loaded) :-
+result("load_compiled", Text, Loaded) :-
+    term_string(rules(Module, _, Rules), Text),
+    load_compiled(Module, Rules, Loaded).
+result("load_prolog", Text, Loaded) :-
     term_string(rules(Module, File, Rules), Text),
-    load_rules(Module, File, Rules, Loaded).
-result("load_trusted_rules", Text, Loaded) :-
-    term_string(rules(Module, File, Rules), Text),
-    load_trusted_rules(Module, File, Rules, Loaded).
+    load_prolog(Module, File, Rules, Loaded).
 result("question_words", _, Words) :-
     question_words(Words).
 result("name_models", Text, true) :-

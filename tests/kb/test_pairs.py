@@ -132,7 +132,7 @@ def test_words_of_a_models_file_are_known_in_it(tmp_path: Path) -> None:
     )
     with KnowledgeBase() as base:
         base.load_scene("s", scene(1))
-        base.load_rules(path)
+        base.load_rules(path, trusted=True)
         verdict = base.judge("s", "three", "t1")
         count = len(found(base, "each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 25))"))
         assert count > 1

@@ -6,14 +6,8 @@
 /** <module> What is wrong with a goal
 
 A goal is checked before it is run, with all goals inside it, to the bottom: what is not known to be
-harmless is a fault. A Scope says what is known beside the vocabulary:
-
-    scope(Kind, Own, Words, Tolerances, Measures)
-
-Kind is rules or question, Own an assoc of the predicates that the text defines (Name/Arity), Words
-the tests that it defines (terms with fresh arguments), Tolerances the names of its tolerances,
-Measures the measures that it defines (as Words). A fault is fault(Start, End, Format, Args);
-goal_fault/4 enumerates all faults.
+harmless is a fault. A Scope is an assoc of the predicates beside the vocabulary (Name/Arity), which
+are Python's. A fault is fault(Start, End, Format, Args); goal_fault/4 enumerates all faults.
 */
 
 :- use_module(library(assoc)).
@@ -49,56 +43,44 @@ goal_fault(_:_, Position, _, Fault) :-
     fault_at(Position, "a goal names no module: its words are found by themselves", [], Fault).
 goal_fault(Goal, Position, Scope, Fault) :-
     functor(Goal, Name, Arity),
-    (   own(Name/Arity, Scope)
+    (   get_assoc(Name/Arity, Scope, _)
     ->  fail
     ;   allowed_word(Goal, Head)
     ->  arguments_fault(Head, Goal, Position, Scope, Fault)
-    ;   special(Goal, Head, Scope)
+    ;   special(Goal, Head)
     ->  (   arguments_fault(Head, Goal, Position, Scope, Fault)
-        ;   quoted_name_fault(Goal, Position, Scope, Fault)
+        ;   quoted_name_fault(Goal, Position, Fault)
         )
-    ;   search_word(Name/Arity)
-    ->  quoted_name_fault(Goal, Position, Scope, Fault)
-    ;   fact_word(Goal)
-    ->  (   Scope = scope(rules, _, _, _, _)
-        ->  signature(Name/Arity, Signature),
-            fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
-        ;   quoted_name_fault(Goal, Position, Scope, Fault)
-        )
+    ;   ( search_word(Name/Arity) ; fact_word(Goal) )
+    ->  quoted_name_fault(Goal, Position, Fault)
     ;   unknown_word(Name/Arity, Position, Scope, Fault)
     ).
 
 %   No fact and no verdict has a string: what is compared with one is never found.
-quoted_name_fault(Goal, Position, scope(question, _, _, _, _), Fault) :-
+quoted_name_fault(Goal, Position, Fault) :-
     arg(Index, Goal, Argument),
     string(Argument),
     atom_string(Name, Argument),
     argument_position(Position, Index, At),
     fault_at(At, "a name has no double quotes: write ~q", [Name], Fault).
 
-own(Indicator, scope(_, Own, _, _, _)) :-
-    get_assoc(Indicator, Own, _).
-
 %   Words with an argument of a sort of its own. That of fact/1 must be seen to be a fact: what is
 %   none might act.
-special(fact(_), fact(fact('Fact')), _).
-special(holds(_), holds(test('Test')), _).
-special(possible(_), possible(test('Test')), _).
+special(fact(_), fact(fact('Fact'))).
+special(holds(_), holds(test('Test'))).
+special(possible(_), possible(test('Test'))).
 special(each_pair(_, _, _, _),
-        each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test')), _).
-special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts'), _).
-special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind'), _).
-special(relation(_, _), relation(test('Relation'), 'Truth'), _).
-special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _, _)).
-special(is_a(_, _), is_a('Thing', model('Model')), scope(question, _, _, _, _)).
-special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree'),
-        scope(question, _, _, _, _)).
-special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model')),
-        scope(question, _, _, _, _)).
-special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts'),
-        scope(question, _, _, _, _)).
+        each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test'))).
+special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts')).
+special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind')).
+special(relation(_, _), relation(test('Relation'), 'Truth')).
+special(in(_, _), in('Scene', goal('Goal'))).
+special(is_a(_, _), is_a('Thing', model('Model'))).
+special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree')).
+special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model'))).
+special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts')).
 
-unknown_word(Name/_, Position, scope(question, _, _, _, _), Fault) :-
+unknown_word(Name/_, Position, _, Fault) :-
     sign_advice(Name, Advice),
     !,
     name_position(Position, At),
@@ -111,23 +93,18 @@ unknown_word(Name/Arity, Position, Scope, Fault) :-
         At = Position
     ;   findall(N, member(N/_, Words), Names0),
         sort(Names0, Names),
-        words_place(Scope, Place),
         right_arity(Name/Arity, Words, Names, Hint),
-        Format = "~q is ~w~w",
-        Args = [Name/Arity, Place, Hint],
+        Format = "~q is no fact and no word of questions~w",
+        Args = [Name/Arity, Hint],
         name_position(Position, At)
     ),
     fault_at(At, Format, Args, Fault).
 
-words_place(scope(question, _, _, _, _), "no fact and no word of questions").
-words_place(scope(rules, _, _, _, _), "no word of the vocabulary, and this file does not define it").
-
-callable_word(scope(_, Own, _, _, _), Word) :-
+callable_word(Own, Word) :-
     assoc_to_keys(Own, Words),
     member(Word, Words).
-callable_word(scope(Kind, _, _, _, _), Word) :-
-    ( Kind = question -> Sorts = [fact, search, question, prolog] ; Sorts = [search, prolog] ),
-    member(Sort, Sorts),
+callable_word(_, Word) :-
+    member(Sort, [fact, search, question, prolog]),
     known_word(Sort, Word).
 
 %   Of equally near words that with the right number of arguments.
@@ -182,12 +159,12 @@ argument_fault(summary(_), Summary, Position, _, Fault) :-
     summary_fault(Summary, Position, Fault).
 argument_fault(fact(_), Fact, Position, _, Fault) :-
     not_a_fact(Fact, Position, Fault).
-argument_fault(test(_), Test, Position, Scope, Fault) :-
-    test_fault(Test, Position, Scope, Fault).
-argument_fault(steps(_), Steps, Position, Scope, Fault) :-
-    steps_fault(Steps, Position, Scope, Fault).
-argument_fault(measure(_), Measure, Position, Scope, Fault) :-
-    measure_fault(Measure, Position, Scope, Fault).
+argument_fault(test(_), Test, Position, _, Fault) :-
+    test_fault(Test, Position, Fault).
+argument_fault(steps(_), Steps, Position, _, Fault) :-
+    steps_fault(Steps, Position, Fault).
+argument_fault(measure(_), Measure, Position, _, Fault) :-
+    measure_fault(Measure, Position, Fault).
 argument_fault(model(_), Model, Position, _, Fault) :-
     atom(Model),
     !,
