@@ -11,7 +11,7 @@ NUMERICAL := $(addprefix tests/perception/,detection estimation facts online pie
 	shapes space surfaces test_junctions.py test_ties.py)
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all test-kernels check format models reference docs bench mutants vsix lock clean
+.PHONY: help setup demo test test-all test-kernels check format reference docs bench mutants vsix lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
@@ -61,9 +61,6 @@ reference: $(STAMP) ## draw the picture of words in docs/pictures
 
 docs: $(STAMP) ## the pages of the Python interface and of all words, into out/docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
-
-models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
-	$(BIN)/python scripts/compile_models.py
 
 vsix: ## build the VS Code extension into dist/; needs Python alone
 	python3 scripts/build_vsix.py

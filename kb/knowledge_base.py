@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -18,8 +18,8 @@ from facetlog.errors import EngineError, QueryError
 from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked, clean_up
-from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.columns import decode_chunk
+from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
 from facetlog.kb.engine.leftovers import (
@@ -39,6 +39,7 @@ from facetlog.kb.explaining.sight import Sight, decode_sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.loaded import LoadedScene, RuleFile
 from facetlog.kb.loading.promised_facts import FactMaker
@@ -46,7 +47,6 @@ from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_facts import SceneFacts
 from facetlog.kb.loading.schema import declarations
 from facetlog.kb.loading.words import Word, decode_words
-from facetlog.kb.questions import Question
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
@@ -107,8 +107,9 @@ class KnowledgeBase(Closing):
         self._request("declare_facts", declarations(), state=self._name)
         if crisp:
             self._request("be_crisp", term_text(Atom(self._name)), state=self._name)
+        rules = builtin_rules()
         for name in BUILTIN_MODELS:
-            self._rules.load_builtin(house("rules") / f"{name}.pl")
+            self._rules.load_builtin(rules / f"{name}.pl")
         _LOG.info(
             "load %d built-in models took %.3f s", len(BUILTIN_MODELS), perf_counter() - began
         )
@@ -217,11 +218,12 @@ class KnowledgeBase(Closing):
         """The models of a user's file, loaded into a module of their own.
 
         A model takes the place of a built-in one of the same name, and the file that of the same
-        file loaded before. A trusted file is ordinary Prolog and may do anything; any other is data
-        until it has been checked. A file in the model language is compiled, which trust does not
-        change; the files whose models it asks about are loaded before it, unless they are already.
+        file loaded before. A file in the model language is compiled to clauses that have no
+        effect; the files whose models it asks about are loaded before it, unless they are already.
+        A file in Prolog is a program, which may do anything: it must be `trusted`.
         Raises RuleSyntaxError, naming file and line, if the file cannot be read, uses a word that
-        there is not, or defines a model that another user's file defines.
+        there is not, is in Prolog and not trusted, or defines a model that another user's file
+        defines.
         """
         self._check_open()
         return self._rules.load(Path(path), trusted=trusted)
@@ -279,13 +281,19 @@ class KnowledgeBase(Closing):
             raise ValueError(f"at most {most} answers cannot be asked for")
         with self._lock:
             self._check_open()
-            names = scenes if scenes is None else tuple(dict.fromkeys(scenes))
-            chosen = tuple(self._scenes) if names is None else names
-            modules = [self._scene(name).module for name in chosen]
-            self._facts.keep(goal, modules)
-            question = Question(self._name, goal, names, limits, most, tuple(bindings.items()))
-            asked = question.put(self._door, self._facts.columns)
-        return asked.answers()
+            chosen = tuple(self._scenes if scenes is None else dict.fromkeys(scenes))
+            self._facts.keep(goal, [self._scene(name).module for name in chosen])
+            question = (
+                Atom(self._name),
+                Atom("all") if scenes is None else tuple(map(Atom, chosen)),
+                Atom("inf") if most is None else most,
+                limits.bounds,
+                tuple(Struct("=", (Atom(name), value)) for name, value in bindings.items()),
+                goal,
+            )
+            text = term_text(Struct("query", question))
+            replies = self._door.replies("query", text, seconds=limits.seconds)
+        return _read_answers(replies, goal)
 
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
         """What a model says of a thing of a scene: the best assignment of its parts."""
@@ -434,6 +442,20 @@ class KnowledgeBase(Closing):
         if self._closed:
             raise EngineError("the knowledge base is closed")
         clear_all()
+
+
+def _read_answers(replies: Replies, goal: str) -> Answers:
+    """Return the answers to a goal, once Prolog has checked it."""
+    try:
+        names, pieces = checked(next(replies, ()), goal)
+        if not isinstance(names, tuple):
+            raise EngineError("Prolog's answer cannot be read")
+        first = decode_chunk(pieces)
+        rest = (decode_chunk(checked(reply, goal)[1]) for reply in replies)
+        return Answers(tuple(map(str, names)), chain((first,), rest), replies.close)
+    except BaseException:
+        replies.close()
+        raise
 
 
 def _terms(functor: str, *names: str) -> str:

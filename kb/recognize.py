@@ -65,7 +65,8 @@ def open_knowledge_base(
 ) -> KnowledgeBase:
     """A knowledge base with the built-in models and the user's files and folders of rules.
 
-    Files that are not `trusted` are checked, and evaluated in a process of their own. A `crisp` one
+    Files that are not `trusted` must be in the model language, and are evaluated in a process of
+    their own. A `crisp` one
     ignores standard deviations; verdicts of a `raw` one have degrees alone, no confidence. Raises
     RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing or too old.
     """

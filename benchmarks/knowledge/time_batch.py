@@ -27,6 +27,7 @@ from benchmarks.knowledge.knowledge_base import python_says, rows_against, swipl
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.engine.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact, fact_text
 from facetlog.kb.loading.schema import declarations
 from facetlog.perception.facts.all_facts import fact_columns, scene_facts
@@ -56,7 +57,7 @@ main :-
             ( member(Name, {models}),
               atomic_list_concat(['{rules}/', Name, '.pl'], Path),
               facetlog_loader:load_builtin(Path, _),
-              facetlog_loader:name_models(native, [Name], Name) ),
+              facetlog_named_models:name_models(native, [Name], Name) ),
             Models),
     facetlog_bridge:ask_base(native, all),
     facetlog_batch:open_batch(native, native_scene, Models, _),
@@ -203,7 +204,7 @@ def _native(found: list[list[Fact]], judge: BatchJudge) -> list[float]:
             (Path(folder) / f"{number}.pl").write_text(text, encoding="utf-8")
         program = NATIVE.format(
             bridge=house("kb") / "prolog" / "bridge.pl",
-            rules=house("rules"),
+            rules=builtin_rules(),
             declarations=declarations().replace("\\", "\\\\").replace('"', '\\"'),
             models=f"[{','.join(BUILTIN_MODELS)}]",
             count=len(found),

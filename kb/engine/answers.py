@@ -18,17 +18,10 @@ class Answers(Closing):
     """
 
     def __init__(
-        self,
-        names: tuple[str, ...],
-        chunks: Iterator[Chunk],
-        close: Callable[[], None],
-        *,
-        on_arrays: bool = False,
+        self, names: tuple[str, ...], chunks: Iterator[Chunk], close: Callable[[], None]
     ) -> None:
         self.names = names
         """The variables in the order of appearance; `Scene` first if several scenes are asked."""
-        self.on_arrays = on_arrays
-        """Whether arrays are asked first, and not Prolog; the answers are the same."""
         self._chunks, self._close = chunks, close
         # The first chunk is read at once: an error is one where the question is asked.
         self._first = next(chunks, None)

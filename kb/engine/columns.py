@@ -1,12 +1,12 @@
-"""Chunks of answers, from columns.pl or from arrays: rows of exact terms, or numpy arrays."""
+"""Chunks of answers, as columns.pl writes them: rows of exact terms, or numpy arrays."""
 
 import json
 import struct
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Term, decode_terms
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Array", "Chunk", "Column", "column_array", "decode_chunk", "object_array"]
+__all__ = ["Array", "Chunk", "Column", "column_array", "decode_chunk"]
 
 Array: TypeAlias = "NDArray[np.float64] | NDArray[np.int64] | NDArray[np.object_]"
 """Of floats, of integers, or of terms."""
@@ -36,7 +36,6 @@ class _Layout(StrEnum):
     ATOMS = "a"
     STRINGS = "s"
     TERMS = "j"
-    NAMES = "c"  # numbers into a list of atoms, of arrays alone
 
 
 class _Atoms(dict[str, Atom]):
@@ -53,8 +52,7 @@ class Column:
 
     layout: _Layout
     length: int
-    data: "bytes | str | tuple[Term, ...] | NDArray[Any]"
-    names: Sequence[Atom] = field(default=(), repr=False)
+    data: bytes | str | tuple[Term, ...]
 
     @classmethod
     def of_terms(cls, terms: Iterable[Term]) -> "Column":
@@ -62,33 +60,12 @@ class Column:
         values = tuple(terms)
         return cls(_Layout.TERMS, len(values), values)
 
-    @classmethod
-    def of_numbers(cls, values: "NDArray[np.float64] | NDArray[np.int64]") -> "Column":
-        """A column of finite floats, or of integers."""
-        layout = _Layout.FLOATS if values.dtype.kind == "f" else _Layout.NUMBERS
-        return cls(layout, len(values), values)
-
-    @classmethod
-    def of_names(cls, codes: "NDArray[np.int32]", names: Sequence[Atom]) -> "Column":
-        """A column of the names that have these places in `names`."""
-        return cls(_Layout.NAMES, len(codes), codes, names)
-
-    @classmethod
-    def of_float_bytes(cls, data: bytes) -> "Column":
-        """A column of the floats that float_bytes.pl has in so many bytes."""
-        return cls(_Layout.FLOATS, len(data) // FLOAT_BYTES, data)
-
     def terms(self) -> Sequence[Term]:
         """The values, exact: `Atom`, `str`, `int`, `float`, `Fraction`, `Struct`, `Var`, tuple."""
         if isinstance(self.data, tuple):
             return self.data
         if not self.length:
             return ()
-        if not isinstance(self.data, bytes | str):
-            values: list[Any] = self.data.tolist()
-            if self.layout is _Layout.NAMES:
-                return list(map(self.names.__getitem__, values))
-            return values
         match self.layout:
             case _Layout.FLOATS:
                 return [x for (x,) in struct.iter_unpack("<xd", self._float_block())]
@@ -101,19 +78,6 @@ class Column:
                 return self._text().split(SEPARATOR)
             case _:
                 return decode_terms(self._text())
-
-    def array(self) -> Array:
-        """The values as float64 or int64, or as objects; see `column_array`."""
-        return column_array((self,))
-
-    @property
-    def is_floats(self) -> bool:
-        """Whether it was seen that all values are floats."""
-        return self.layout is _Layout.FLOATS
-
-    def atom_names(self) -> Sequence[str] | None:
-        """The names of atoms that stand together as a text; None if it has anything else."""
-        return self._text().split(SEPARATOR) if self.layout is _Layout.ATOMS else None
 
     def _float_block(self) -> bytes:
         if not isinstance(self.data, bytes):
@@ -173,10 +137,6 @@ def column_array(parts: Sequence[Column]) -> Array:
     parts = [part for part in parts if part.length]
     if all(part.layout is _Layout.FLOATS for part in parts):
         return np.concatenate([np.empty(0), *(_floats(part) for part in parts)])
-    if all(part.names and part.names is parts[0].names for part in parts):
-        codes = np.concatenate([part.data for part in parts])
-        named: NDArray[np.object_] = object_array(parts[0].names)[codes]
-        return named
     values = list(chain.from_iterable(part.terms() for part in parts))
     if all(part.layout in (_Layout.FLOATS, _Layout.NUMBERS) for part in parts):
         numbers = [x for x in values if isinstance(x, int | float)]
@@ -185,13 +145,6 @@ def column_array(parts: Sequence[Column]) -> Array:
             return np.array(numbers, dtype=np.int64)
         if kinds == {float} or all(type(x) is float or abs(x) <= EXACT for x in numbers):
             return np.array(numbers, dtype=np.float64)
-    return object_array(values)
-
-
-def object_array(values: Sequence[Term]) -> "NDArray[np.object_]":
-    """The terms in an array, one in each place."""
-    import numpy as np
-
     objects = np.empty(len(values), dtype=np.object_)
     objects[:] = values
     return objects
@@ -200,7 +153,5 @@ def object_array(values: Sequence[Term]) -> "NDArray[np.object_]":
 def _floats(column: Column) -> "NDArray[np.float64]":
     import numpy as np
 
-    if not isinstance(column.data, bytes | str | tuple):
-        return column.data
     pairs = np.frombuffer(column._float_block(), dtype=[("byte", "u1"), ("value", "<f8")])
     return np.array(pairs["value"])

@@ -1,26 +1,21 @@
 """Facts to the text that fact_columns.pl reads: the values of each argument together."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import islice
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.kb.arrays.scene_columns import FactKind, KindColumns, LoadedColumn
 from facetlog.kb.engine.terms import Atom, Struct, Term, integer_text, term_text
 from facetlog.kb.loading.encode import Fact, argument_text
 
 __all__ = [
     "FACTS_PER_CHUNK",
     "SEPARATOR",
-    "FactChunk",
     "Floats",
     "column_text",
-    "fact_chunk",
-    "fact_chunks",
+    "facts_request",
     "floats_text",
 ]
 
@@ -35,24 +30,8 @@ FLOAT_BYTE = 14  # float_byte/1 of float_bytes.pl
 FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
 
 
-@dataclass(frozen=True, slots=True)
-class FactChunk:
-    """Some facts of a scene: the request that adds them, how many there are, and their columns."""
-
-    request: str
-    facts: int
-    columns: KindColumns
-
-
-def fact_chunks(scene: str, facts: Iterable[Fact]) -> Iterator[FactChunk]:
-    """The facts in chunks; errors as for fact_chunk."""
-    source = iter(facts)
-    while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
-        yield fact_chunk(scene, chunk)
-
-
-def fact_chunk(scene: str, facts: Sequence[Fact]) -> FactChunk:
-    """The facts, to be added to the module `scene`; those of a kind stay in order.
+def facts_request(scene: str, facts: Sequence[Fact]) -> str:
+    """Return the text that adds the facts to the module `scene`; those of a kind stay in order.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
     """
@@ -61,22 +40,18 @@ def fact_chunk(scene: str, facts: Sequence[Fact]) -> FactChunk:
         kinds[fact[0], len(fact)].append(fact)
     heads: list[Term] = []
     texts: list[str] = []
-    columns: dict[FactKind, tuple[LoadedColumn, ...]] = {}
-    for (name, length), alike in kinds.items():
+    for (name, _), alike in kinds.items():
         if not isinstance(name, str):
             raise TypeError(f"a fact begins with the name of its functor, not {name!r}")
         layouts: list[Term] = []
-        kept: list[LoadedColumn] = []
         rows = [fact[1:] for fact in alike]
         for values in zip(*rows, strict=True):
             layout, text = column_text(values, name, rows)
             layouts.append(Struct("-", (Atom(layout), len(text))))
             texts.append(text)
-            kept.append(LoadedColumn(layout, text, values))
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
-        columns[name, length - 1] = tuple(kept)
     head = term_text(Struct("facts", (Atom(scene), tuple(heads))))
-    return FactChunk("".join((head, "\n", *texts)), len(facts), columns)
+    return "".join((head, "\n", *texts))
 
 
 def column_text(

@@ -26,7 +26,6 @@ class RuleFile:
     path: Path
     module: str
     models: tuple[str, ...]
-    trusted: bool = False
     warnings: tuple[str, ...] = ()
     content: str = ""
     judging: str = ""
@@ -56,7 +55,7 @@ class LoadedScene:
         return self.surfaces.get(thing, InputKind.PICTURES)
 
 
-def decode_rule_file(term: Term, path: Path, *, trusted: bool, files: tuple[Path, ...]) -> RuleFile:
+def decode_rule_file(term: Term, path: Path, files: tuple[Path, ...]) -> RuleFile:
     """The file that Prolog has loaded, without digests; `files` is what it is from.
 
     Raises EngineError if the reply is something else.
@@ -65,7 +64,7 @@ def decode_rule_file(term: Term, path: Path, *, trusted: bool, files: tuple[Path
         case Struct("loaded", (Atom(module), tuple(models), tuple(pairs), tuple(warnings))):
             names, said = tuple(map(str, models)), tuple(map(str, warnings))
             others = MappingProxyType(dict(map(_rather_than, pairs)))
-            return RuleFile(path, module, names, trusted, said, files=files, rather_than=others)
+            return RuleFile(path, module, names, said, files=files, rather_than=others)
     raise EngineError(f"{path}: no rules were loaded")
 
 

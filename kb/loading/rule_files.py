@@ -15,7 +15,7 @@ from facetlog.kb.engine.door import Door, ask, clean_up
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
 from facetlog.kb.loading.promised_facts import asks_on_demand
-from facetlog.kb.loading.rule_source import RuleSource, rule_sources
+from facetlog.kb.loading.rule_source import MODEL_SUFFIX, RuleSource, rule_sources
 from facetlog.kb.loading.rule_text import rule_text
 from facetlog.plain_text import plain_text
 
@@ -24,7 +24,7 @@ __all__ = ["RuleFiles"]
 
 def _reported(message: str, source: RuleSource) -> str:
     """What is wrong with compiled text, reported for the files that it was made from."""
-    place = re.compile(rf"^{re.escape(plain_text(str(source.path)))}:(\d+):\d+", re.MULTILINE)
+    place = re.compile(rf"^{re.escape(plain_text(str(source.path)))}:(\d+)", re.MULTILINE)
     return place.sub(lambda found: source.place(int(found[1])), message)
 
 
@@ -61,7 +61,7 @@ class RuleFiles:
     def load_builtin(self, path: Path) -> None:
         """Loads a file that belongs to facetlog."""
         source, name = RuleSource(path, rule_text(path), ()), Atom(plain_text(str(path)))
-        rules = self._read("load_builtin", name, source, trusted=True, state=self._base)
+        rules = self._read("load_builtin", name, source, state=self._base)
         self._name_models(rules, state=self._base)
         self._builtin.append(replace(rules, own=False))
 
@@ -75,11 +75,17 @@ class RuleFiles:
         return loaded
 
     def _load(self, source: RuleSource, *, trusted: bool) -> RuleFile:
-        path, trusted = source.path, trusted and not source.is_compiled
-        operation = "load_trusted_rules" if trusted else "load_rules"
+        path = source.path
+        if source.prolog_file is not None and not trusted:
+            raise RuleSyntaxError(
+                f"{source.prolog_file}: rules in Prolog are a program, which may do anything. "
+                "Load them with --trust (in Python trust=True) if you trust their author, or "
+                "write them in the model language"
+            )
+        operation = "load_compiled" if source.prolog_file is None else "load_prolog"
         module = f"{self._base}:rules{next(self._numbers)}"
         rules = Struct("rules", (Atom(module), Atom(plain_text(str(path))), source.text))
-        loaded = self._read(operation, rules, source, trusted=trusted, state=module)
+        loaded = self._read(operation, rules, source, state=module)
         with self._lock:
             before = self._users.get(path)
             others = [rules for rules in self._users.values() if rules is not before]
@@ -103,16 +109,14 @@ class RuleFiles:
                 del self._users[rules.path]
         self._drop(rules)
 
-    def _read(
-        self, operation: str, rules: Term, source: RuleSource, *, trusted: bool, state: str
-    ) -> RuleFile:
+    def _read(self, operation: str, rules: Term, source: RuleSource, *, state: str) -> RuleFile:
         try:
             loaded = ask(self._door, operation, term_text(rules), state=state)
         except RuleSyntaxError as error:
-            if not source.is_compiled:
+            if source.path.suffix != MODEL_SUFFIX:
                 raise
             raise RuleSyntaxError(_reported(str(error), source)) from None
-        rules_file = decode_rule_file(loaded, source.path, trusted=trusted, files=source.files)
+        rules_file = decode_rule_file(loaded, source.path, source.files)
         return replace(
             rules_file,
             content=content_key(source.text),

@@ -46,9 +46,9 @@ class RuleSource:
         return f"{name}:{line - since}" if name else made
 
     @property
-    def is_compiled(self) -> bool:
-        """Whether it was written in the model language."""
-        return self.path.suffix == MODEL_SUFFIX
+    def prolog_file(self) -> Path | None:
+        """A file that it was made from and that is in Prolog: itself, or one with words for it."""
+        return next((path for path in self.files if path.suffix != MODEL_SUFFIX), None)
 
 
 def holds_words_alone(path: Path) -> bool:

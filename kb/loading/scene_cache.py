@@ -24,7 +24,7 @@ from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
-__all__ = ["Ask", "SceneCache", "default_folder", "schema_hash"]
+__all__ = ["Ask", "SceneCache", "cache_folder", "default_folder", "replace_file", "schema_hash"]
 
 Ask = Callable[[str, str], Term]
 """Sends Prolog an operation and its text; raises EngineError where that fails."""
@@ -66,10 +66,20 @@ _WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 _LOG = logging.getLogger(__name__)
 
 
-def default_folder() -> Path:
-    """XDG_CACHE_HOME, which must be absolute, or ~/.cache; in it facetlog/scenes."""
+def default_folder(name: str = "scenes") -> Path:
+    """Return facetlog/NAME in XDG_CACHE_HOME, which must be absolute, or in ~/.cache."""
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (base if base.is_absolute() else Path("~/.cache").expanduser()) / "facetlog" / "scenes"
+    return (base if base.is_absolute() else Path("~/.cache").expanduser()) / "facetlog" / name
+
+
+def cache_folder(name: str, folder: Path | None = None) -> Path | None:
+    """Return that folder or NAME in the user's cache, made if need be; None for no cache at all.
+
+    Raises OSError or RuntimeError (no home directory) for one that is not the user's alone.
+    """
+    if os.environ.get("FACETLOG_CACHE", "").lower() == OFF:
+        return None
+    return _private(default_folder(name) if folder is None else Path(folder))
 
 
 def schema_hash() -> str:
@@ -121,10 +131,8 @@ class SceneCache:
     def __init__(self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES) -> None:
         self._most_bytes = most_bytes
         self.folder: Path | None = None
-        if os.environ.get("FACETLOG_CACHE", "").lower() == OFF:
-            return
         try:
-            self.folder = _private(default_folder() if folder is None else Path(folder))
+            self.folder = cache_folder("scenes", folder)
         except (OSError, RuntimeError) as exc:  # no home directory is a RuntimeError
             _LOG.warning("scenes are not cached: %s", exc)
 
@@ -180,7 +188,7 @@ class SceneCache:
             content = _content(path, module, facts, count)
             if content is None or len(content) > min(MOST_SCENE_BYTES, self._most_bytes):
                 return False
-            _replace(path, content)
+            replace_file(path, content)
             self._evict(path.parent)
         except (OSError, EngineError) as exc:
             _LOG.info("%s: cannot be written: %s", path, exc)
@@ -260,8 +268,8 @@ def _key_digest(path: Path) -> bytes:
     return hashlib.sha256(path.name.encode()).digest()
 
 
-def _replace(path: Path, content: bytes) -> None:
-    """Writes the file whole or not at all; of two who do so at once, the last one stays."""
+def replace_file(path: Path, content: bytes) -> None:
+    """Write the file whole or not at all; of two who do so at once, the last one stays."""
     descriptor, part = tempfile.mkstemp(suffix=_PART, dir=path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:

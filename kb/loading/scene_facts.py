@@ -1,12 +1,11 @@
-"""The facts of a knowledge base's scenes: in Prolog, and beside it in columns."""
+"""The facts of a knowledge base's scenes, loaded into Prolog."""
 
-from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable, Iterable
+from itertools import islice
 
-from facetlog.kb.arrays.scene_columns import SceneColumns
 from facetlog.kb.engine.terms import Term
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.fact_columns import fact_chunks
+from facetlog.kb.loading.fact_columns import FACTS_PER_CHUNK, facts_request
 from facetlog.kb.loading.promised_facts import FactMaker, PromisedFacts
 from facetlog.kb.loading.scene_cache import SceneCache
 
@@ -22,23 +21,15 @@ class SceneFacts:
 
     def __init__(self, request: Callable[..., Term], on_demand: Callable[[], bool]) -> None:
         self._request = request
-        self._columns: dict[str, SceneColumns] = {}
         self._cache = SceneCache()
         self._promised = PromisedFacts(self.add, on_demand)
 
-    @property
-    def columns(self) -> Mapping[str, SceneColumns]:
-        """Those of each module."""
-        return MappingProxyType(self._columns)
-
     def load(self, module: str, facts: Iterable[Fact], cache_key: str | None) -> int:
         """How many facts the new module has now: those of the key, or else these."""
-        columns = self._columns[module] = SceneColumns()
         path = None
         if cache_key is not None:
             path = self._cache.path(cache_key, str(self._request("cache_identity", "")))
             if (cached := self._cache.load(path, module, self._request)) is not None:
-                columns.forget()
                 return cached
         total = self.add(module, facts)
         self._cache.save(path, module, self._request)
@@ -47,10 +38,10 @@ class SceneFacts:
     def add(self, module: str, facts: Iterable[Fact]) -> int:
         """How many facts were added to the module."""
         total = 0
-        for chunk in fact_chunks(module, facts):
-            with self._columns[module].adding(chunk.columns):
-                self._request("add_columns", chunk.request, state=module)
-            total += chunk.facts
+        source = iter(facts)
+        while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
+            self._request("add_columns", facts_request(module, chunk), state=module)
+            total += len(chunk)
         return total
 
     def promise(self, module: str, make: FactMaker | None) -> None:
@@ -64,4 +55,3 @@ class SceneFacts:
     def forget(self, module: str) -> None:
         """The scene is gone."""
         self._promised.forget(module)
-        self._columns.pop(module, None)

@@ -32,7 +32,6 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(scene_cache)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(model_descriptions)).
-:- use_module(facetlog_kb(pairs)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(origin)).
@@ -115,9 +114,9 @@ operation("add_facts", Text, [Reply]) :-
         close(Stream)),
     ok(true, Reply).
 operation("query", Text, [Head|Chunk]) :-
-    term_string(query(Base, Scenes, Most, Fewest, Bounds, Bindings, Question), Text),
+    term_string(query(Base, Scenes, Most, Bounds, Bindings, Question), Text),
     bounded(Bounds, ( ask_base(Base, Scenes),
-                      answers(Fewest, Base, Scenes, Most, Bindings, Question, Head0, Chunk) )),
+                      answers(Base, Scenes, Most, Bindings, Question, Head0, Chunk) )),
     ok(Head0, Head).
 
 deterministic(Operation) :-
@@ -161,12 +160,12 @@ result("destroy_scene", Text, true) :-
 result("load_builtin", Text, Loaded) :-
     term_string(Path, Text),
     load_builtin(Path, Loaded).
-result("load_rules", Text, Loaded) :-
+result("load_compiled", Text, Loaded) :-
+    term_string(rules(Module, _, Rules), Text),
+    load_compiled(Module, Rules, Loaded).
+result("load_prolog", Text, Loaded) :-
     term_string(rules(Module, File, Rules), Text),
-    load_rules(Module, File, Rules, Loaded).
-result("load_trusted_rules", Text, Loaded) :-
-    term_string(rules(Module, File, Rules), Text),
-    load_trusted_rules(Module, File, Rules, Loaded).
+    load_prolog(Module, File, Rules, Loaded).
 result("question_words", _, Words) :-
     question_words(Words).
 result("name_models", Text, true) :-
@@ -234,10 +233,6 @@ result("batch_conditions", Text, Models) :-
 result("close_batch", Text, true) :-
     term_string(Batch, Text),
     close_batch(Batch).
-result("pair_graph", Text, graph(Names, Later)) :-
-    explained(Text, pair_graph(Test), pair_graph(Test, Names, Later)).
-result("passing_values", Text, Numbers) :-
-    explained(Text, passing_values(Test, Values), passing_values(Test, Values, Numbers)).
 result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-

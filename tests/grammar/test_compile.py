@@ -49,7 +49,7 @@ def judged(
     """The verdict of the last model of a text."""
     path = tmp_path / "m.model"
     path.write_text(text)
-    rules = base.load_rules(path)
+    rules = base.load_rules(path, trusted=True)
     base.load_scene("s", [f.row for f in (*scene_facts(scene), *facts_on_demand(scene))])
     return base.judge("s", rules.models[-1], thing)
 
@@ -372,8 +372,8 @@ def test_faults_in_prolog_beside_a_model_are_reported_where_they_stand(
 ) -> None:
     (tmp_path / "w.pl").write_text(
         ':- module(w, []).\n\nword(lean(face), angle, "x").\n'
-        "measured(lean(_), V, 0, deg) :- shell(V).\n"
+        "measured(lean(_), V, 0, deg) :- V = = 1.\n"
     )
     (tmp_path / "m.model").write_text('use "w.pl"\n' + stand(lines="l: lean(top) at most 3 deg"))
-    with pytest.raises(RuleSyntaxError, match=r"^w\.pl:4: .*shell/1"):
-        base.load_rules(tmp_path / "m.model")
+    with pytest.raises(RuleSyntaxError, match=r"^w\.pl:4: .*[Ss]yntax"):
+        base.load_rules(tmp_path / "m.model", trusted=True)

@@ -45,12 +45,10 @@ class Asked:
 
 
 @contextmanager
-def asked(
-    facts: Iterable[Fact], rules: Path | None = None, *, trusted: bool = False
-) -> Iterator[Asked]:
+def asked(facts: Iterable[Fact], rules: Path | None = None) -> Iterator[Asked]:
     """The facts, loaded, with a user's rules if any."""
     with KnowledgeBase(PATIENT) as base:
         if rules:
-            base.load_rules(rules, trusted=trusted)
+            base.load_rules(rules, trusted=True)
         base.load_scene(SCENE, facts)
         yield Asked(base)

@@ -272,10 +272,7 @@ def test_a_name_with_anything_in_it_comes_back(judge: BatchJudge) -> None:
 
 
 @pytest.mark.parametrize("crisp", [False, True], ids=["graded", "crisp"])
-@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
-def test_every_form_of_test_is_judged_as_in_full(
-    tmp_path: Path, *, crisp: bool, trusted: bool
-) -> None:
+def test_every_form_of_test_is_judged_as_in_full(tmp_path: Path, *, crisp: bool) -> None:
     lines = [":- module(m, []).", ":- use_module(facetlog(vocabulary))."]
     lines += [f'model(m{i}, "A model.", [a]).' for i in range(len(TESTS))]
     lines += [f"candidate(m{i}, _, [f1])." for i in range(len(TESTS))]
@@ -283,8 +280,8 @@ def test_every_form_of_test_is_judged_as_in_full(
     path = tmp_path / "tests.pl"
     path.write_text("\n".join(lines) + "\n")
     with (
-        BatchJudge([path], trusted=trusted, crisp=crisp) as judge,
-        open_knowledge_base([path], trusted=trusted, crisp=crisp) as base,
+        BatchJudge([path], trusted=True, crisp=crisp) as judge,
+        open_knowledge_base([path], trusted=True, crisp=crisp) as base,
     ):
         assert judge.judge(FACTS) == in_full(base, FACTS)
 
@@ -306,16 +303,13 @@ def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> Non
             assert judge.judge(facts) == in_full(base, facts)
 
 
-@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
-def test_models_that_cannot_be_specialised_are_judged_as_in_full(
-    tmp_path: Path, *, trusted: bool
-) -> None:
+def test_models_that_cannot_be_specialised_are_judged_as_in_full(tmp_path: Path) -> None:
     path = tmp_path / "own.pl"
     path.write_text(OWN)
     facts = facts_of("cuboid")
     with (
-        BatchJudge([path], trusted=trusted) as judge,
-        open_knowledge_base([path], trusted=trusted) as base,
+        BatchJudge([path], trusted=True) as judge,
+        open_knowledge_base([path], trusted=True) as base,
     ):
         found = judge.judge(facts)
         assert found == in_full(base, facts)
@@ -326,7 +320,7 @@ def test_models_that_cannot_be_specialised_are_judged_as_in_full(
 def test_what_is_left_to_the_interpreter_is_known(tmp_path: Path) -> None:
     path = tmp_path / "own.pl"
     path.write_text(OWN)
-    with BatchJudge([path]) as judge:
+    with BatchJudge([path], trusted=True) as judge:
         conditions = judge.conditions()
         found = judge.judge(facts_of("cuboid"))
     assert conditions["own"].count == 3
@@ -352,7 +346,10 @@ def test_a_word_that_cannot_be_specialised_is_interpreted_wherever_it_stands(
         'condition(twice, three, "each", Thing, [F], each(G, Gs, boxed(G, Thing))) :-\n'
         "    findall(G, ( face_of(Thing, G), \\+ memberchk(G, [F]) ), Found), sort(Found, Gs).\n"
     )
-    with BatchJudge([path]) as judge, open_knowledge_base([path]) as base:
+    with (
+        BatchJudge([path], trusted=True) as judge,
+        open_knowledge_base([path], trusted=True) as base,
+    ):
         assert judge.conditions()["twice"].interpreted == ("one", "two", "three")
         for facts in (facts_of("cuboid"), facts_of("table"), noisy(facts_of("cuboid"), 3)):
             assert judge.judge(facts) == in_full(base, facts)
@@ -424,8 +421,8 @@ def test_an_error_while_models_are_prepared_names_the_model(tmp_path: Path) -> N
 
 
 def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) -> None:
-    path = tmp_path / "own.pl"
-    path.write_text(OWN)
+    path = tmp_path / "slab.model"
+    path.write_text("model slab\n  face board\n\n  flat: board is level\n")
     facts = facts_of("cuboid")
     with BatchJudge([path]) as judge:
         before = judge.judge(facts)
@@ -487,7 +484,7 @@ def test_a_faulty_file_is_told(tmp_path: Path) -> None:
     path = tmp_path / "faulty.pl"
     path.write_text(":- module(m, []).\nmodel(m, ")
     with pytest.raises(RuleSyntaxError, match=r"faulty\.pl"):
-        BatchJudge([path])
+        BatchJudge([path], trusted=True)
 
 
 def test_all_code_that_judges_changes_the_name_of_what_was_judged() -> None:

@@ -56,7 +56,7 @@ def base(
         for i, test in enumerate(TESTS):
             path = folder / f"m{i}.pl"
             path.write_text(RULES.format(name=f"m{i}", test=test))
-            base.load_rules(path)
+            base.load_rules(path, trusted=True)
         base.load_scene("s", FACTS)
         yield base
 

@@ -110,6 +110,15 @@ def test_a_hopeless_deviation_is_no_pass() -> None:
         assert found(base, "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 25))") == []
 
 
+def test_pairs_of_a_crisp_base_have_no_deviations() -> None:
+    facts: list[Fact] = [("face", "f1"), ("face", "f2"), ("angle", "f1", "f2", 104.0, 40.0)]
+    facts += [("evidence", name, "measured") for name in ("f1", "f2")]
+    for crisp in (False, True):
+        with KnowledgeBase(crisp=crisp) as base:
+            base.load_scene("s", facts)
+            assert len(found(base, "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 15))")) == crisp
+
+
 def test_words_of_a_models_file_are_known_in_it(tmp_path: Path) -> None:
     path = tmp_path / "three.pl"
     path.write_text(
@@ -123,7 +132,7 @@ def test_words_of_a_models_file_are_known_in_it(tmp_path: Path) -> None:
     )
     with KnowledgeBase() as base:
         base.load_scene("s", scene(1))
-        base.load_rules(path)
+        base.load_rules(path, trusted=True)
         verdict = base.judge("s", "three", "t1")
         count = len(found(base, "each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 25))"))
         assert count > 1

@@ -148,7 +148,7 @@ def test_an_error_in_a_model_names_the_model(base: KnowledgeBase, tmp_path: Path
         "candidate(lame, T, [F]) :- face_of(T, F), X = foo, Y is X + 1, Y > 0.\n"
         'condition(lame, flat, "it is level", _, [F], at_most(tilt(F), 5)).\n'
     )
-    loaded = base.load_rules(rules)
+    loaded = base.load_rules(rules, trusted=True)
     base.load_scene("s", FACTS)
     try:
         with pytest.raises(EngineError) as told:

@@ -151,14 +151,16 @@ def test_json_of_a_verdict_names_parts_sizes_angles_and_proof(facts_of: Build) -
 
 def test_a_users_model_stands_beside_the_built_in_ones(facts_of: Build, tmp_path: Path) -> None:
     (tmp_path / "slab.pl").write_text(SLAB)
-    found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path])
+    found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path], trusted=True)
     assert "slab" in found.models
     assert "slab" not in {v.model for v in recognize(facts_of("table"), scene_name="s").verdicts}
 
 
 def test_a_users_model_takes_the_place_of_a_built_in_one(facts_of: Build, tmp_path: Path) -> None:
     (tmp_path / "box.pl").write_text(SLAB.replace("slab", "box"))
-    found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path / "box.pl"])
+    found = recognize(
+        facts_of("table"), scene_name="s", model_paths=[tmp_path / "box.pl"], trusted=True
+    )
     assert found.models == {"box", "table"}
     assert len(found.verdicts) == len(BUILTIN_MODELS)
 
@@ -169,7 +171,7 @@ def test_two_files_with_one_model_are_refused(facts_of: Build, tmp_path: Path) -
     with pytest.raises(
         RuleSyntaxError, match=r"b\.pl: the model slab is already defined in .*a\.pl"
     ):
-        recognize(facts_of("box"), scene_name="s", model_paths=[tmp_path])
+        recognize(facts_of("box"), scene_name="s", model_paths=[tmp_path], trusted=True)
     assert recognize(facts_of("box"), scene_name="s").models == {"box"}
 
 

@@ -66,7 +66,7 @@ test(every_module_sensitive_word_of_the_vocabulary_is_told_its_module, all(Word 
     Word = Name/Arity,
     functor(General, Name, Arity),
     predicate_property(vocabulary:General, transparent),
-    facetlog_prepare:prepared(General, scope(rules, t, [], [], []), some_module, Runnable),
+    facetlog_prepare:prepared(General, t, some_module, Runnable),
     Runnable == General.
 test(what_acts_is_not_listed, all(Word == [])) :-
     member(Word, [halt/0, halt/1, shell/1, open/3, open/4, consult/1, load_files/2, assertz/1,

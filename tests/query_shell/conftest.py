@@ -12,11 +12,12 @@ from facetlog.query_shell.shell import Shell
 from .scenes import write_block
 
 MODEL = """\
-:- module(lid, []).
-:- use_module(facetlog(vocabulary)).
-model(lid, "A face that faces up.", [lid]).
-candidate(lid, Thing, [Face]) :- face_of(Thing, Face).
-condition(lid, up, "it faces up", _, [Face], upward(Face)).
+model lid
+  "A face that faces up."
+
+  face lid
+
+  up: lid is upward  "it faces up"
 """
 
 
@@ -33,7 +34,7 @@ def scene(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def model(tmp_path: Path) -> Path:
-    path = tmp_path / "lid.pl"
+    path = tmp_path / "lid.model"
     path.write_text(MODEL)
     return path
 

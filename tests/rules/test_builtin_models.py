@@ -1,7 +1,5 @@
 """The models that come with facetlog: their files, and the examples they give of themselves."""
 
-import runpy
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -15,30 +13,11 @@ from facetlog.kb.examples import example_cases, run_cases
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "compile_models.py"
 MODELS = sorted(BUILTIN.glob("*.model"))
-
-
-def script(name: str) -> Callable[..., object]:
-    return runpy.run_path(str(SCRIPT))[name]  # type: ignore[no-any-return]
 
 
 def test_every_model_of_the_language_is_built_in() -> None:
     assert builtin_names() == set(BUILTIN_MODELS)
-
-
-def test_rule_files_are_made_from_their_models() -> None:
-    programs = script("programs")()
-    assert isinstance(programs, Mapping)
-    assert {path.stem for path in programs} == builtin_names()
-    assert script("stale")(programs) == (), "run `make models`"
-
-
-def test_a_rule_file_that_was_edited_is_named(tmp_path: Path) -> None:
-    edited = tmp_path / "box.pl"
-    edited.write_text("% Edited.\n")
-    wanted = {edited: "% Made.\n", tmp_path / "absent.pl": "% Made.\n"}
-    assert script("stale")(wanted) == tuple(wanted)
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)

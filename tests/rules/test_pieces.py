@@ -12,6 +12,7 @@ from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.promised_facts import asks_on_demand
 from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
@@ -134,8 +135,7 @@ def test_batches_say_the_same(loaded: Loaded, scene: str) -> None:
 def test_who_names_no_piece_does_not_ask_for_them() -> None:
     with BatchJudge() as judge:
         assert not {kind.functor for kind in PIECE_KINDS} & {name for name, _ in judge.needed}
-    house = Path(__file__).parents[2] / "rules"
-    assert not asks_on_demand((house / "shelf.pl").read_text(encoding="utf-8"))
+    assert not asks_on_demand((builtin_rules() / "shelf.pl").read_text(encoding="utf-8"))
 
 
 def test_a_scene_without_pieces_leaves_all_open(loaded: Loaded) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.schema import declarations
 
 HERE = Path(__file__).parent
@@ -17,6 +18,7 @@ def test_prolog_unit(path: Path, tmp_path: Path) -> None:
     driver = tmp_path / "driver.pl"
     driver.write_text(
         f":- load_files({str(BRIDGE)!r}, [silent(true)]).\n"
+        f":- asserta(user:file_search_path(facetlog, {str(builtin_rules())!r})).\n"
         f":- schema:declare_facts({declarations()}).\n"
         f":- load_files({str(path)!r}, [silent(true)]).\n",
         encoding="utf-8",

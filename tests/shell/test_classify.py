@@ -501,7 +501,7 @@ def test_a_profile_says_what_each_model_cost(
         'condition(asking, other, "it is a box", Thing, [_], is_a(Thing, box)).\n'
     )
     argv = ["classify", "in/a.json", "in/b.json", "in/c.json", "-o", "r.jsonl", "--json"]
-    assert main([*argv, "--models", "asking.pl", "--workers", "1", "--profile"]) == 0
+    assert main([*argv, "--models", "asking.pl", "--trust", "--workers", "1", "--profile"]) == 0
     out, err = capsys.readouterr()
     profile = json.loads(out)["profile"]
     assert profile["scenes"] == 2

@@ -117,9 +117,9 @@ def test_the_demo_judges_by_models_of_ones_own(
         "candidate(thing_with_faces, Thing, [Face]) :- face_of(Thing, Face).\n"
         'condition(thing_with_faces, seen, "it was seen", _, [Face], measured(Face)).\n'
     )
-    assert main(["demo", "--raw", "--models", str(model)]) == 0
+    assert main(["demo", "--raw", "--trust", "--models", str(model)]) == 0
     assert "t1 is a thing_with_faces (100%)" in capsys.readouterr().out
-    assert main(["demo", "--models", str(model)]) == 0
+    assert main(["demo", "--trust", "--models", str(model)]) == 0
     assert "t1 is a thing_with_faces (100%)" not in capsys.readouterr().out
 
 

@@ -74,7 +74,7 @@ def test_explanations_print_no_control_characters(says: Says) -> None:
         says(command, "scene.json", EVIL)
         says(command, "scene.json", "box", f"{EVIL}=f1")
         for full in ((), ("--full",)) if command == "why" else ((),):
-            says(command, "scene.json", "slab", "--models", "slab.pl", *full)
+            says(command, "scene.json", "slab", "--models", "slab.pl", "--trust", *full)
 
 
 def test_what_is_said_of_scenes_has_no_control_characters(says: Says) -> None:
@@ -99,7 +99,7 @@ def test_a_batch_and_its_report_have_no_control_characters(says: Says) -> None:
     assert not STEERS.search(page)
     assert "e ]0;t v 31mi l" in page
     says(*argv, "--classes", EVIL)
-    says("classify", *files, "--models", "slab.pl", "--workers", "1", "--html", "pages")
+    says("classify", *files, "--models", "slab.pl", "--trust", "--workers", "1", "--html", "pages")
     for path in Path("pages").iterdir():
         assert not STEERS.search(path.name)
         # What shows 3-D is a page of a library's own.

@@ -256,13 +256,13 @@ def test_an_empty_goal_is_refused(
 def test_each_fault_of_a_model_file_has_its_line(
     arguments: list[str], scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "lid.pl"
+    path = tmp_path / "lid.model"
     path.write_text("""\
-:- module(lid, []).
-:- use_module(facetlog(vocabulary)).
-model(lid, "A lid.", [lid]).
-candidate(lid, Thing, [Face]) :- face_off(Thing, Face).
-condition(lid, up, "it faces up", _, [Face], upwards(Face)).
+model lid
+  face lid
+
+  up: lid is upwards
+  low: hight(lid) at most 3 cm
 """)
     words = [scene if word == "SCENE" else word for word in arguments]
     assert main([*words, "--models", str(path)]) == 2

@@ -1,5 +1,4 @@
 :- module(facetlog_body_code, [ body_code/3,          % +Goal, +Context, -Code
-                                written_as/3,         % +Goal, -Written, -Module
                                 listed_code/8,        % +Order, +Inputs, +X, +Goals, ... -Xs, -Code
                                 conjuncts/2,          % +Goal, -Goals
                                 conjunction/2         % +Codes, -Code
@@ -44,10 +43,6 @@ code(!, _, _, !) :- !.
 code(Module:Goal, _, Context, Code) :- !, code(Goal, Module, Context, Code).
 code(fact(Fact), _, Context, Code) :- !, fact_code(Fact, Context, Code).
 code(in(_, _), _, _, _) :- throw(facetlog_general(in)).
-code(Goal0, _, Context, Code) :-
-    written_as(Goal0, Goal, Module),
-    !,
-    code(Goal, Module, Context, Code).
 code(possible(Test), Module, Context, Code) :- !, test_goal(possible, Test, Module, Context, Code).
 code(holds(Test), Module, Context, Code) :- !, test_goal(holds, Test, Module, Context, Code).
 code(chosen(Inputs, X, Goals), Module, Context, Code) :-
@@ -103,15 +98,6 @@ code(Goal, Module, Context, Code) :-
 code(Goal, Module, Context, Code) :-
     ( reaches_facts(Goal, Module) -> asks_all(Context) ; true ),
     placed(Goal, Module, Code).
-
-%!  written_as(+Goal, -Written, -Module) is semidet.
-%
-%   A checked file has Goal where its author wrote Written, whose words are those of Module.
-
-written_as(possible_in(Module, Test), possible(Test), Module).
-written_as(holds_in(Module, Test), holds(Test), Module).
-written_as(as_far_as_seen_in(Module, Thing, Steps, Parts), as_far_as_seen(Thing, Steps, Parts), Module).
-written_as(longest_first_in(Module, Measures, Sorted), longest_first(Measures, Sorted), Module).
 
 code_in(Module, Context, Goal, Code) :-
     code(Goal, Module, Context, Code).

@@ -27,23 +27,12 @@ the thing and its parts, and those that a body binds.
 
 %!  written_body(+Module, +Body, -Goals) is det.
 %
-%   Goals are those of Body, with the bodies of what only collects faces in its place, and as their
-%   author wrote them: a checked file has possible_in(Module, Test) for possible(Test).
+%   Goals are those of Body, with the bodies of what only collects faces in its place.
 
 written_body(Module, Body, Goals) :-
     conjuncts(Body, Goals0),
     maplist(written_goals(Module), Goals0, Lists),
-    append(Lists, Goals1),
-    maplist(as_written(Module), Goals1, Goals).
-
-as_written(_, Goal, Goal) :- var(Goal), !.
-as_written(Module, Goal, Written) :- written_as(Goal, Written, Of), Of == Module, !.
-as_written(Module, findall(X, Goal0, Xs), findall(X, Goal, Xs)) :-
-    !,
-    conjuncts(Goal0, Goals0),
-    maplist(as_written(Module), Goals0, Goals),
-    conjunction(Goals, Goal).
-as_written(_, Goal, Goal).
+    append(Lists, Goals).
 
 written_goals(Module, Goal, Goals) :-
     (   callable(Goal),

@@ -1,21 +1,15 @@
 :- module(facetlog_check, [ goal_fault/4,        % +Goal, +Position, +Scope, -Fault
                             extended/3,          % +Closure, +Extra, -Goal
                             inner_goal/3,        % +BagGoal, -Variables, -Goal
-                          joined_fault/4,      % +Goal, +Position, +Scope, -Fault
-                          model_place/2        % +Call, -Argument
+                            joined_fault/4,      % +Goal, +Position, +Scope, -Fault
+                            model_place/2        % +Call, -Argument
                           ]).
 
 /** <module> What is wrong with a goal
 
 A goal is checked before it is run, with all goals inside it, to the bottom: what is not known to be
-harmless is a fault. A Scope says what is known beside the vocabulary:
-
-    scope(Kind, Own, Words, Tolerances, Measures)
-
-Kind is rules or question, Own an assoc of the predicates that the text defines (Name/Arity), Words
-the tests that it defines (terms with fresh arguments), Tolerances the names of its tolerances,
-Measures the measures that it defines (as Words). A fault is fault(Start, End, Format, Args);
-goal_fault/4 enumerates all faults.
+harmless is a fault. A Scope is an assoc of the predicates beside the vocabulary (Name/Arity), which
+are Python's. A fault is fault(Start, End, Format, Args); goal_fault/4 enumerates all faults.
 */
 
 :- use_module(library(assoc)).
@@ -52,27 +46,21 @@ goal_fault(_:_, Position, _, Fault) :-
     fault_at(Position, "a goal names no module: its words are found by themselves", [], Fault).
 goal_fault(Goal, Position, Scope, Fault) :-
     functor(Goal, Name, Arity),
-    (   own(Name/Arity, Scope)
+    (   get_assoc(Name/Arity, Scope, _)
     ->  fail
     ;   allowed_word(Goal, Head)
     ->  arguments_fault(Head, Goal, Position, Scope, Fault)
-    ;   special(Goal, Head, Scope)
+    ;   special(Goal, Head)
     ->  (   arguments_fault(Head, Goal, Position, Scope, Fault)
-        ;   quoted_name_fault(Goal, Position, Scope, Fault)
+        ;   quoted_name_fault(Goal, Position, Fault)
         )
-    ;   search_word(Name/Arity)
-    ->  quoted_name_fault(Goal, Position, Scope, Fault)
-    ;   fact_word(Goal)
-    ->  (   Scope = scope(rules, _, _, _, _)
-        ->  signature(Name/Arity, Signature),
-            fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
-        ;   quoted_name_fault(Goal, Position, Scope, Fault)
-        )
+    ;   ( search_word(Name/Arity) ; fact_word(Goal) )
+    ->  quoted_name_fault(Goal, Position, Fault)
     ;   unknown_word(Name/Arity, Position, Scope, Fault)
     ).
 
 %   No fact and no verdict has a string: what is compared with one is never found.
-quoted_name_fault(Goal, Position, scope(question, _, _, _, _), Fault) :-
+quoted_name_fault(Goal, Position, Fault) :-
     arg(Index, Goal, Argument),
     string(Argument),
     argument_position(Position, Index, At),
@@ -92,7 +80,7 @@ quoted_fault(String, At, Fault) :-
 joined_fault(Goal, Position, Scope, Fault) :-
     joined(Goal, Position, place(Call, Index), Constant-At),
     (   string(Constant)
-    ->  ( special(Call, _, Scope) ; fact_word(Call) ; functor(Call, Name, Arity), search_word(Name/Arity) ),
+    ->  ( special(Call, _) ; fact_word(Call) ; functor(Call, Name, Arity), search_word(Name/Arity) ),
         !,
         quoted_fault(Constant, At, Fault)
     ;   sorted_place(Call, Index, Sort),
@@ -101,7 +89,7 @@ joined_fault(Goal, Position, Scope, Fault) :-
 
 %   The argument of Call is of a sort whose names are all known: model, state, truth or kind.
 sorted_place(Call, Index, Sort) :-
-    special(Call, Head, scope(question, _, _, _, _)),
+    special(Call, Head),
     arg(Index, Head, Sort),
     compound(Sort),
     memberchk(Sort, [model(_), state(_), truth(_), kind(_)]).
@@ -117,37 +105,29 @@ model_place(Call, Argument) :-
     sorted_place(Call, Index, model(_)),
     arg(Index, Call, Argument).
 
-own(Indicator, scope(_, Own, _, _, _)) :-
-    get_assoc(Indicator, Own, _).
-
 %   Words with an argument of a sort of its own. That of fact/1 must be seen to be a fact: what is
 %   none might act.
-special(fact(_), fact(fact('Fact')), _).
-special(holds(_), holds(test('Test')), _).
-special(possible(_), possible(test('Test')), _).
+special(fact(_), fact(fact('Fact'))).
+special(holds(_), holds(test('Test'))).
+special(possible(_), possible(test('Test'))).
 special(each_pair(_, _, _, _),
-        each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test')), _).
-special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts'), _).
-special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', kind('Kind')), _).
-special(relation(_, _), relation(test('Relation'), truth('Truth')), _).
-special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _, _)).
-special(is_a(_, _), is_a('Thing', model('Model')), scope(question, _, _, _, _)).
-special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree'),
-        scope(question, _, _, _, _)).
-special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model')),
-        scope(question, _, _, _, _)).
-special(part_in(_, _, _, _), part_in('Thing', model('Model'), 'Role', 'Part'),
-        scope(question, _, _, _, _)).
-special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts'),
-        scope(question, _, _, _, _)).
+        each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test'))).
+special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts')).
+special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', kind('Kind'))).
+special(relation(_, _), relation(test('Relation'), truth('Truth'))).
+special(in(_, _), in('Scene', goal('Goal'))).
+special(is_a(_, _), is_a('Thing', model('Model'))).
+special(verdict(_, _, _, _), verdict('Thing', model('Model'), state('State'), 'Degree')).
+special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', model('Model'))).
+special(part_in(_, _, _, _), part_in('Thing', model('Model'), 'Role', 'Part')).
+special(assignment(_, _, _), assignment(model('Model'), 'Thing', 'Parts')).
 
-unknown_word(Name/_, Position, scope(question, _, _, _, _), Fault) :-
+unknown_word(Name/_, Position, _, Fault) :-
     sign_advice(Name, Advice),
     !,
     name_position(Position, At),
     fault_at(At, Advice, [], Fault).
 unknown_word(Name/Arity, Position, Scope, Fault) :-
-    Scope = scope(question, _, _, _, _),
     \+ callable_word(Scope, Name/_),
     other_word(Name, Arity, Format, Args),
     !,
@@ -160,10 +140,9 @@ unknown_word(Name/Arity, Position, Scope, Fault) :-
         At = Position
     ;   findall(N, member(N/_, Words), Names0),
         sort(Names0, Names),
-        words_place(Scope, Place),
         right_arity(Name/Arity, Words, Names, Hint),
-        Format = "~q is ~w~w",
-        Args = [Name/Arity, Place, Hint],
+        Format = "~q is no fact and no word of questions~w",
+        Args = [Name/Arity, Hint],
         name_position(Position, At)
     ),
     fault_at(At, Format, Args, Fault).
@@ -183,15 +162,11 @@ written_word(Sort, Name, Written) :-
     !,
     term_signature(Sort, Name/Arity, Written).
 
-words_place(scope(question, _, _, _, _), "no fact and no word of questions").
-words_place(scope(rules, _, _, _, _), "no word of the vocabulary, and this file does not define it").
-
-callable_word(scope(_, Own, _, _, _), Word) :-
+callable_word(Own, Word) :-
     assoc_to_keys(Own, Words),
     member(Word, Words).
-callable_word(scope(Kind, _, _, _, _), Word) :-
-    ( Kind = question -> Sorts = [fact, search, question, prolog] ; Sorts = [search, prolog] ),
-    member(Sort, Sorts),
+callable_word(_, Word) :-
+    member(Sort, [fact, search, question, prolog]),
     known_word(Sort, Word).
 
 %   Of equally near words that with the right number of arguments.
@@ -246,12 +221,12 @@ argument_fault(summary(_), Summary, Position, _, Fault) :-
     summary_fault(Summary, Position, Fault).
 argument_fault(fact(_), Fact, Position, _, Fault) :-
     not_a_fact(Fact, Position, Fault).
-argument_fault(test(_), Test, Position, Scope, Fault) :-
-    test_fault(Test, Position, Scope, Fault).
-argument_fault(steps(_), Steps, Position, Scope, Fault) :-
-    steps_fault(Steps, Position, Scope, Fault).
-argument_fault(measure(_), Measure, Position, Scope, Fault) :-
-    measure_fault(Measure, Position, Scope, Fault).
+argument_fault(test(_), Test, Position, _, Fault) :-
+    test_fault(Test, Position, Fault).
+argument_fault(steps(_), Steps, Position, _, Fault) :-
+    steps_fault(Steps, Position, Fault).
+argument_fault(measure(_), Measure, Position, _, Fault) :-
+    measure_fault(Measure, Position, Fault).
 argument_fault(model(_), Model, Position, _, Fault) :-
     atom(Model),
     !,

@@ -251,7 +251,7 @@ place_of_word(Term, Position, Word, Found) :-
 %   Where in the question, or in which model, a goal went wrong; Operation and Text are the request.
 
 placed("prolog", _, [], Error, "query", Text, "question", Message, [Start, End]) :-
-    term_string(query(_, _, _, _, _, _, Question), Text),
+    term_string(query(_, _, _, _, _, Question), Text),
     place_of_error(Error, Question, Word, Start, End),
     plain_error(Error, Word, Message),
     !.

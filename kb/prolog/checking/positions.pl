@@ -1,5 +1,4 @@
-:- module(facetlog_positions, [ line_and_column/4,    % +Text, +Offset, -Line, -Column
-                                span/3,               % +Position, -Start, -End
+:- module(facetlog_positions, [ span/3,               % +Position, -Start, -End
                                 argument_position/3,  % +Position, +Index, -ArgumentPosition
                                 name_position/2,      % +Position, -NamePosition
                                 element_position/3,   % +Position, +Index, -ElementPosition
@@ -12,18 +11,6 @@ Positions are those of read_term/2 (option subterm_positions), offsets are chara
 */
 
 :- use_module(library(lists)).
-
-%!  line_and_column(+Text, +Offset, -Line, -Column) is det.
-%
-%   Both are counted from 1.
-
-line_and_column(Text, Offset, Line, Column) :-
-    sub_string(Text, 0, Offset, _, Before),
-    split_string(Before, "\n", "", Lines),
-    length(Lines, Line),
-    last(Lines, Last),
-    string_length(Last, Length),
-    Column is Length + 1.
 
 %!  span(+Position, -Start, -End) is det.
 

@@ -39,21 +39,14 @@ seen to be short, text is counted, facts of a question are looked up in the curr
 %   Runnable is what Goal, in which goal_fault/4 finds no fault, stands for in Module.
 
 prepared(Goal, Scope, Module, Runnable) :-
-    (   own_word(Goal, Scope, Own)
-    ->  Runnable = Own
+    (   functor(Goal, Name, Arity),
+        get_assoc(Name/Arity, Scope, _)
+    ->  python_call(Goal, Name/Arity, Runnable)
     ;   allowed_word(Goal, Head)
     ->  prepared_arguments(Head, Goal, Scope, Module, Goal1, Guards),
         bounded(Goal1, Goal2),
         conjunction(Guards, Goal2, Runnable)
     ;   search_prepared(Goal, Scope, Module, Runnable)
-    ).
-
-own_word(Goal, scope(Kind, Own, _, _, _), Runnable) :-
-    functor(Goal, Name, Arity),
-    get_assoc(Name/Arity, Own, _),
-    (   Kind == question
-    ->  python_call(Goal, Name/Arity, Runnable)
-    ;   Runnable = Goal
     ).
 
 %   What a question's own words are, the knowledge base has defined in Python.
@@ -63,7 +56,6 @@ python_call(Goal, Indicator, call_python(Key, Args)) :-
     Goal =.. [_|Args].
 
 search_prepared(in(Scene, Goal), Scope, Module, in(Scene, Runnable)) :-
-    Scope = scope(question, _, _, _, _),
     !,
     prepared(Goal, Scope, Module, Runnable).
 search_prepared(holds(Test), _, Module, holds_in(Module, Test)) :- !.
@@ -76,10 +68,7 @@ search_prepared(as_far_as_seen(Thing, Steps, Parts), _, Module,
 search_prepared(longest_first(Measures, Sorted), _, Module,
                 longest_first_in(Module, Measures, Sorted)) :-
     !.
-search_prepared(measure(Measure, V, Sd, Kind), scope(rules, _, _, _, [_|_]), Module,
-                measure_in(Module, Measure, V, Sd, Kind)) :-
-    !.
-search_prepared(Goal, scope(question, _, _, _, _), _, fact(Goal)) :-
+search_prepared(Goal, _, _, fact(Goal)) :-
     functor(Goal, Name, Arity),
     \+ search_word(Name/Arity),
     fact_word(Goal),

@@ -6,11 +6,10 @@
 A question is one goal, as in Prolog, over the facts by name, the vocabulary, the verdicts and the
 list of harmless words. Question is
 
-    question(Goal, Names, Vars, PerScene, checked(Written, Scope))
+    question(Goal, Names, Vars, PerScene)
 
 Goal runs in the module facetlog_query, under in_scene/2 if PerScene is true; Names and Vars are
-those of the variables that an answer can give a value. Written is the same goal as it was written,
-without a fault in Scope.
+those of the variables that an answer can give a value.
 */
 
 :- use_module(library(assoc)).
@@ -22,7 +21,12 @@ without a fault in Scope.
 :- use_module(facetlog_kb(check)).
 :- use_module(facetlog_kb(prepare)).
 :- use_module(facetlog_kb(white_list)).
-:- use_module(facetlog_kb(rule_module)).
+:- use_module(facetlog_kb(pairs)).
+:- use_module(facetlog_kb(seen_parts)).
+:- use_module(facetlog_kb(quantities)).
+:- use_module(facetlog_kb(bounded_numbers)).
+:- use_module(facetlog_kb(bounded_text)).
+:- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(named_models), [model_module/2]).
@@ -34,7 +38,7 @@ without a fault in Scope.
 %
 %   @throws question_error(Start, End, Format, Args), offsets into Text from 0.
 
-question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal, Scope))) :-
+question(Text, Bindings, question(Runnable, Names, Vars, PerScene)) :-
     read_question(Text, Goal, Position, Named0),
     bind(Bindings, Text, Named0, Named),
     question_scope(Scope),
@@ -72,7 +76,7 @@ bind([Name=Value|Bindings], Text, Named0, Named) :-
     ).
 
 %   Python functions are a question's own words.
-question_scope(scope(question, Own, [], [], [])) :-
+question_scope(Own) :-
     (   nb_current(facetlog_base, Base-_)
     ->  findall(Indicator-own, python_predicate(Base, Indicator, _), Pairs)
     ;   Pairs = []
@@ -127,7 +131,7 @@ gives(Goal, Scope, Variable) :-
 gives(Goal, _, Variable) :-
     occurs(Variable, Goal).
 
-sorted_word(Goal, scope(_, Own, _, _, _), Head) :-
+sorted_word(Goal, Own, Head) :-
     functor(Goal, Name, Arity),
     \+ get_assoc(Name/Arity, Own, _),
     ( Goal = in(_, _) -> Head = in('Scene', goal('Goal')) ; allowed_word(Goal, Head) ).
@@ -175,7 +179,7 @@ scene_dependent(Goal, Scope) :-
     inside(Sort, Argument, Inner),
     scene_dependent(Inner, Scope),
     !.
-scene_dependent(Goal, scope(_, Own, _, _, _)) :-
+scene_dependent(Goal, Own) :-
     functor(Goal, Name, Arity),
     \+ get_assoc(Name/Arity, Own, _).
 
@@ -186,6 +190,19 @@ inside(bag(_), Bag, Goal) :-
 inside(closure(Extra, _), Closure, Goal) :-
     extended(Closure, Extra, Goal).
 
-:- furnish(questions, facetlog_query).
+%   What prepared goals call.
+prepared_word(Word) :-
+    member(Word, [bounded_value/2, bounded_values/2, holds_in/2, possible_in/2, each_pair_in/5,
+                  as_far_as_seen_in/4, longest_first_in/3, spend_on_answer/1, in/2, call_python/2]).
+prepared_word(lambda/Arity) :-
+    between(4, 8, Arity).
+prepared_word(Bounded/Arity) :-
+    bounded_text_word(_/Arity, Bounded).
+
+:- furnish(facetlog_query).
 :- forall(member(Word, [is_a/2, verdict/4, plays/4, assignment/3]),
           @(import(facetlog_ask:Word), facetlog_query)).
+:- forall(( prepared_word(Name/Arity),
+            functor(Head, Name, Arity),
+            predicate_property(facetlog_question:Head, imported_from(Source)) ),
+          @(import(Source:Name/Arity), facetlog_query)).

@@ -1,5 +1,4 @@
-:- module(facetlog_reading, [ read_rules/3,         % +Text, -Clauses, -Faults
-                              read_question/4       % +Text, -Goal, -Position, -Names
+:- module(facetlog_reading, [ read_question/4       % +Text, -Goal, -Position, -Names
                             ]).
 
 /** <module> Text into terms with positions
@@ -14,7 +13,6 @@ with character offsets into the text, counted from 0. Positions are those of rea
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(library(yall)).
 :- use_module(facetlog_kb(positions)).
 :- use_module(facetlog_kb(foreign_signs)).
 
@@ -24,68 +22,29 @@ with character offsets into the text, counted from 0. Positions are those of rea
    delete_import_module(facetlog_text, user),
    add_import_module(facetlog_text, system, start).
 
-%   In questions, words of directives are no operators: table is a model.
-:- set_module(facetlog_question_text:class(library)),
-   delete_import_module(facetlog_question_text, user),
-   add_import_module(facetlog_question_text, facetlog_text, start),
-   forall(( current_op(_, fx, Word),
+%   Words of directives are no operators: table is a model.
+:- forall(( current_op(_, fx, Word),
             memberchk(Word, [table, dynamic, discontiguous, initialization, meta_predicate,
                              module_transparent, multifile, public, thread_local, thread_initialization,
                              volatile]) ),
-          op(0, fx, facetlog_question_text:Word)).
+          op(0, fx, facetlog_text:Word)).
 
 %!  limit_of(?What, ?Number) is nondet.
 %
 %   SWI-Prolog 9.0.4 reads a number of n digits in a time that grows with n^2 and cannot be
 %   interrupted meanwhile: 1.0 s at 200,000 digits, 24 s at 1,000,000. It reads nested terms by
 %   recursion in C, with up to 1 KB of stack for a level, and in Python nothing saves the process
-%   when that stack ends: Prolog's threads have 8 MB (engine_pool.py). The built-in models have
-%   some 4,000 characters and 200 brackets each.
+%   when that stack ends: Prolog's threads have 8 MB (engine_pool.py).
 
-limit_of(rules,    200_000).    % characters
 limit_of(question,  20_000).    % characters
 limit_of(brackets,   5_000).    % opening ones, wherever they stand
 limit_of(depth,      1_000).    % levels of a term
-
-%!  read_rules(+Text, -Clauses, -Faults) is det.
-%
-%   Clauses are clause(Term, Position, Singletons), Singletons being Name=Var, of all that can be
-%   read; Faults what cannot.
-
-read_rules(Text, Clauses, Faults) :-
-    (   text_fault(rules, Text, Fault)
-    ->  Clauses = [],
-        Faults = [Fault]
-    ;   without_mark(Text, Plain),
-        setup_call_cleanup(
-            open_string(Plain, Stream),
-            read_all(Stream, Plain, Items),
-            close(Stream)),
-        partition([clause(_, _, _)]>>true, Items, Clauses, Faults)
-    ).
 
 %   A byte order mark is no part of the text, and takes the place of one blank.
 without_mark(Text, Plain) :-
     (   string_concat("\uFEFF", Rest, Text)
     ->  string_concat(" ", Rest, Plain)
     ;   Plain = Text
-    ).
-
-read_all(Stream, Text, Items) :-
-    character_count(Stream, From),
-    read_one(facetlog_text, Stream, Term, Position, _, Singletons, Fault),
-    (   nonvar(Fault)
-    ->  clipped(Fault, From, Text, Clipped),
-        Items = [Clipped|Rest],
-        read_on(Stream, Text, From, Rest)
-    ;   at_the_end(Term, Position, Text)
-    ->  Items = []
-    ;   Items = [Item|Rest],
-        (   unusable(Term, Position, Fault1)
-        ->  Item = Fault1
-        ;   Item = clause(Term, Position, Singletons)
-        ),
-        read_on(Stream, Text, From, Rest)
     ).
 
 %   The end is read as end_of_file, which may also be written: then it stands in the text.
@@ -95,14 +54,6 @@ at_the_end(Term, Position, Text) :-
     string_length(Text, Length),
     End > Length.
 
-%   Each turn must get on, or reading would not end.
-read_on(Stream, Text, From, Items) :-
-    character_count(Stream, Now),
-    (   Now > From
-    ->  read_all(Stream, Text, Items)
-    ;   Items = []
-    ).
-
 %!  read_question(+Text, -Goal, -Position, -Names) is det.
 %
 %   Text is one term, with or without a full stop. Names are Name=Var in order of appearance.
@@ -110,13 +61,13 @@ read_on(Stream, Text, From, Items) :-
 %   @throws question_error(Start, End, Format, Args)
 
 read_question(Text, Goal, Position, Names) :-
-    ( text_fault(question, Text, Fault) -> faulty(Fault) ; true ),
+    ( text_fault(Text, Fault) -> faulty(Fault) ; true ),
     without_mark(Text, Plain),
     string_length(Plain, Length),
     string_concat(Plain, "\n.\n", Ended),
     setup_call_cleanup(
         open_string(Ended, Stream),
-        ( read_one(facetlog_question_text, Stream, Goal, Position, Names, _, Fault1),
+        ( read_one(Stream, Goal, Position, Names, Fault1),
           character_count(Stream, Read) ),
         close(Stream)),
     (   blank(Plain)
@@ -124,7 +75,7 @@ read_question(Text, Goal, Position, Names) :-
     ;   nonvar(Fault1)
     ->  (   foreign_sign(Plain, Fault2)
         ->  true
-        ;   clipped(Fault1, 0, Plain, Fault2)
+        ;   clipped(Fault1, Plain, Fault2)
         ),
         faulty(Fault2)
     ;   Read < Length,
@@ -147,7 +98,7 @@ faulty(fault(Start, End, Format, Args)) :-
 blank(Text) :-
     setup_call_cleanup(
         open_string(Text, Stream),
-        read_one(facetlog_text, Stream, Term, Position, _, _, Fault),
+        read_one(Stream, Term, Position, _, Fault),
         close(Stream)),
     var(Fault),
     at_the_end(Term, Position, Text).
@@ -156,10 +107,10 @@ blank(Text) :-
                  *           THE READER         *
                  *******************************/
 
-read_one(Module, Stream, Term, Position, Names, Singletons, Fault) :-
+read_one(Stream, Term, Position, Names, Fault) :-
     catch(read_term(Stream, Term,
-                    [ module(Module), syntax_errors(error),
-                      subterm_positions(Position), variable_names(Names), singletons(Singletons),
+                    [ module(facetlog_text), syntax_errors(error),
+                      subterm_positions(Position), variable_names(Names),
                       quasi_quotations(Quotations),
                       double_quotes(string), back_quotes(codes),
                       cycles(false), dotlists(false), var_prefix(false) ]),
@@ -213,16 +164,15 @@ said_plainly('Illegal character code', "this is no character").
 
 %   An error is put where it is in the text, after what was read before, on what can be seen. One
 %   that is nowhere in it is at its end.
-clipped(fault(last(Sign), _, Format, Args), _, Text, fault(Start, End, Format, Args)) :-
+clipped(fault(last(Sign), _, Format, Args), Text, fault(Start, End, Format, Args)) :-
     !,
     % What is not closed was opened last.
     findall(At, sub_string(Text, At, _, _, Sign), Places),
     last([0|Places], Start),
     string_length(Text, End).
-clipped(fault(Start0, End0, Format0, Args0), From, Text, fault(Start, End, Format, Args)) :-
+clipped(fault(Start0, End0, Format0, Args0), Text, fault(Start, End, Format, Args)) :-
     string_length(Text, Length),
-    Start1 is max(From, Start0),
-    (   next_visible(Text, Length, Start1, Start)
+    (   next_visible(Text, Length, Start0, Start)
     ->  End is max(Start + 1, min(End0, Length)),
         Format = Format0,
         Args = Args0
@@ -262,14 +212,13 @@ character_count(Stream, Count) :-
                  *      WHAT IS NOT READ        *
                  *******************************/
 
-text_fault(Sort, Text, fault(Limit, Length, "~w is too long: ~D characters, at most ~D are read",
-                             [Name, Length, Limit])) :-
-    limit_of(Sort, Limit),
+text_fault(Text, fault(Limit, Length, "the question is too long: ~D characters, at most ~D are read",
+                       [Length, Limit])) :-
+    limit_of(question, Limit),
     string_length(Text, Length),
     Length > Limit,
-    !,
-    ( Sort == rules -> Name = "the file" ; Name = "the question" ).
-text_fault(_, Text, fault(Offset, End, Format, Args)) :-
+    !.
+text_fault(Text, fault(Offset, End, Format, Args)) :-
     string_codes(Text, Codes),
     (   hidden_code(Codes, Offset, Format, Args)
     ;   too_many_brackets(Codes, Offset, Format, Args)

@@ -1,8 +1,7 @@
 :- module(facetlog_white_list, [ allowed/2,           % ?Head, ?Meaning
                                  allowed_word/2,      % +Goal, -Head
                                  arithmetic/1,        % ?Indicator
-                                 library_word/1,      % -QualifiedIndicator
-                                 reserved/1           % +Indicator
+                                 furnish/1            % +Module
                                ]).
 
 /** <module> What of Prolog rules and questions may call
@@ -35,6 +34,8 @@ The arguments of a Head name themselves. An argument is
 :- use_module(library(aggregate)).
 :- use_module(library(solution_sequences)).
 :- use_module(library(pairs)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog(vocabulary), []).
 
 %!  allowed_word(+Goal, -Head) is semidet.
 %
@@ -213,9 +214,7 @@ arithmetic(Name/2) :-
     member(Name, [+, -, *, /, //, mod, rem, div, rdiv, min, max, **, ^, atan, atan2,
                   copysign, gcd, log, >>, <<, /\, \/, xor]).
 
-%!  library_word(-QualifiedIndicator) is nondet.
-%
-%   A word of the list that a module of the library defines: Module:Name/Arity.
+%   A word of the list that a module of the library defines.
 
 library_word(Module:Name/Arity) :-
     allowed(Head, _),
@@ -224,27 +223,15 @@ library_word(Module:Name/Arity) :-
     predicate_property(facetlog_white_list:General, imported_from(Module)),
     Module \== system.
 
-%!  reserved(+Indicator) is semidet.
+%!  furnish(+Module) is det.
 %
-%   A file of rules cannot define it: Prolog or its library does, or calls it as a hook.
+%   Module sees the words of the list and the vocabulary. It inherits from `system`, not from `user`, so
+%   that nothing else gets in.
 
-reserved(Name/Arity) :-
-    functor(Head, Name, Arity),
-    (   allowed_word(Head, _)
-    ;   predicate_property(system:Head, built_in)
-    ;   hook(Name, Arity)
-    ),
-    !.
-
-:- dynamic hook/2.                      % Name, Arity
-
-%   Enumerated, since to ask for a certain predicate of user would load a library that has it; and
-%   once, since there are thousands. A file's own module takes no part in hooks that come later.
-find_hooks :-
-    retractall(hook(_, _)),
-    forall(( member(Module, [user, system]),
-             predicate_property(Module:Head, multifile) ),
-           ( functor(Head, Name, Arity),
-             ( hook(Name, Arity) -> true ; assertz(hook(Name, Arity)) ) )).
-
-:- initialization(find_hooks).
+furnish(Module) :-
+    forall(import_module(Module, Other), delete_import_module(Module, Other)),
+    add_import_module(Module, system, start),
+    module_property(vocabulary, exports(Words)),
+    forall(member(Word, Words), @(import(vocabulary:Word), Module)),
+    forall(library_word(Source:Word), @(import(Source:Word), Module)),
+    @(import(facetlog_scene:fact/1), Module).

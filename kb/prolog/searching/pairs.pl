@@ -1,7 +1,4 @@
-:- module(facetlog_pairs, [ each_pair_in/5,     % +Module, -X, -Y, ?Faces, +Test
-                            pair_graph/3,       % +Text, -Names, -Later
-                            measured_pairs/8,   % -X, -Y, +Test, -Fact, -Value, -Sd, -Kind, -Bounds
-                            passing_values/3    % +Text, +Values, -Numbers
+:- module(facetlog_pairs, [ each_pair_in/5      % +Module, -X, -Y, ?Faces, +Test
                           ]).
 
 /** <module> Faces of which each two pass a test
@@ -123,52 +120,6 @@ bits([Number-Other|Pairs], Number, Bits0, Bits, Rest) :-
     Bits1 is Bits0 \/ (1 << Other),
     bits(Pairs, Number, Bits1, Bits, Rest).
 bits(Pairs, _, Bits, Bits, Pairs).
-
-                 /*******************************
-                 *           ON ARRAYS          *
-                 *******************************/
-
-%   What arrays (kb/arrays/face_pairs.py) ask for. Text is that of pair(X, Y, Test), of a question.
-
-%!  pair_graph(+Text, -Names, -Later) is det.
-%
-%   Names are the measured faces of the current scene in the order of terms. Later has for each an
-%   integer, whose bit N is set if face N, counted from 1, comes later and passes with it.
-
-pair_graph(Text, Names, Later) :-
-    term_string(pair(X, Y, Test), Text),
-    known_graph(facetlog_query, X, Y, Test, graph(Names0, Later0)),
-    compound_name_arguments(Names0, _, Names),
-    compound_name_arguments(Later0, _, Later).
-
-%!  measured_pairs(-X, -Y, +Test, -Fact, -Value, -Sd, -Kind, -Bounds) is semidet.
-%
-%   Test compares with Bounds, which are numbers, a measure of X and Y that one Fact states, with its
-%   Value and Sd.
-
-measured_pairs(X, Y, Test, Fact, Value, Sd, Kind, Bounds) :-
-    comparison(Test, Measure, Bounds),
-    compound_name_arguments(Bounds, _, Limits),
-    forall(member(Limit, Limits), number(Limit)),
-    measure_of_both(Measure, X, Y),
-    findall(Body, clause(measures:measure(Measure, _, _, _), Body), [fact(_)]),
-    clause(measures:measure(Measure, Value, Sd, Kind), fact(Fact)),
-    memberchk(Kind, [deg, ratio, count]).       % of no length: comparable with numbers
-
-%!  passing_values(+Text, +Values, -Numbers) is det.
-%
-%   Numbers are those, from 0, of the Values, a list of Value-Sd, of which the Test holds. It is one
-%   that has measured_pairs/8.
-
-passing_values(Text, Values, Numbers) :-
-    term_string(pair(X, Y, Test), Text),
-    measured_pairs(X, Y, Test, _, _, _, Kind, Bounds),
-    comparison(Test, Measure, Bounds),
-    findall(Number,
-            ( nth0(Number, Values, Value-Sd),
-              variance(Sd, Var),
-              passes(quantity(Value, Var, Kind), Measure, Bounds, facetlog_query, Test) ),
-            Numbers).
 
                  /*******************************
                  *         FINDING PAIRS        *

@@ -146,6 +146,3 @@ single(include/3).       single(exclude/3).        single(reverse/2).
 single(sum_list/2).      single(max_list/2).       single(min_list/2).
 single(subtract/3).      single(undersides/2).     single(separate/2).
 single(longest_first/2). single(holds/1).          single(possible/1).
-% What checked files call instead.
-single(holds_in/2).      single(possible_in/2).    single(longest_first_in/3).
-single(bounded_value/2). single(bounded_values/2).

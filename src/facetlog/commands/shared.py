@@ -41,12 +41,12 @@ Raw = Annotated[
 Trust = Annotated[
     bool,
     typer.Option(
-        "--trust", help="What you give is yours: models of any Prolog, pictures anywhere."
+        "--trust", help="What you give is yours: models in Prolog are run, pictures anywhere."
     ),
 ]
-"""Who gives it answers for all files that are given: models are loaded into this process as
-ordinary Prolog, unchecked (`KnowledgeBase.load_rules`), and poses files may name cameras, and
-pictures outside of their folder (`own_folder.py`). Without it they may be a stranger's."""
+"""Who gives it answers for all files that are given: models may be in Prolog, which is run as a
+program (`KnowledgeBase.load_rules`), all are judged in this process, and poses files may name
+cameras, and pictures outside of their folder (`own_folder.py`). Else they may be a stranger's."""
 
 
 def command(body: Callable[P, int]) -> Callable[P, None]:

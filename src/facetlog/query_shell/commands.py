@@ -103,8 +103,7 @@ def _models(shell: Shell, text: str) -> Outcome:
     own = shell.session.model_files
     rows = []
     for name, rules in shell.session.base.models.items():
-        how = "trusted" if rules.trusted else "checked"
-        rows.append((name, f"{rules.path} ({how})" if rules.path in own else "built in"))
+        rows.append((name, str(rules.path) if rules.path in own else "built in"))
     shell.screen.say(*_listed(rows))
     return Outcome.YES
 

@@ -159,7 +159,7 @@ def test_what_failed_to_load_is_not_loaded_again(base: KnowledgeBase, tmp_path: 
     faulty.write_text("nonsense(")
     for _ in range(3):
         with pytest.raises(RuleSyntaxError):
-            base.load_rules(faulty)
+            base.load_rules(faulty, trusted=True)
     kill(base)
     time.sleep(0.3)
     assert usable(base)

@@ -247,7 +247,7 @@ def test_near_misses_come_with_the_most_that_holds_first(facts_of: Build) -> Non
 
 def test_what_holds_is_no_near_miss(facts_of: Build) -> None:
     # That model proposes near misses even where something holds.
-    with asked(facts_of("table"), BY_HAND / "table.pl", trusted=True) as ask:
+    with asked(facts_of("table"), BY_HAND / "table.pl") as ask:
         assert ask.judge("table").state is State.HOLDS
         misses = ask.why_not("table", count=40)
     assert misses

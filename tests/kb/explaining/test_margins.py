@@ -232,7 +232,7 @@ def test_too_few_that_were_seen_may_be_more(tmp_path: Path) -> None:
         "    findall(F, face_of(Thing, F), Faces).\n"
     )
     with KnowledgeBase() as base:
-        base.load_rules(tmp_path / "many.pl")
+        base.load_rules(tmp_path / "many.pl", trusted=True)
         verdict = _judged(base, cuboid(0.3, 0.2, 0.1), "many")
     (condition,) = verdict.conditions
     (count,) = condition.proof.comparisons()

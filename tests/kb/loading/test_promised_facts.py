@@ -117,7 +117,7 @@ def test_a_model_that_asks_for_them_has_them_in_every_question(
     path.write_text(POINTED, encoding="utf-8")
     maker = Maker()
     with KnowledgeBase(isolated=isolated) as base:
-        rules = base.load_rules(path)
+        rules = base.load_rules(path, trusted=True)
         found = judge_scene(base, "s", SEEN, on_demand=maker)
         states = {v.model: v.state.value for v in found.verdicts}
         assert states["pointed"] == "holds"

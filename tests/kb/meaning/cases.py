@@ -36,14 +36,12 @@ class Case:
     """A scene's facts (names, then numbers), rules, whether values are exact, and what is to be
     judged: tests, tests of each two faces X and Y, and models.
 
-    `words` are short words with their meaning of X, `measures` the file's own, `checked` says
-    whether the file goes through the checks of users' files.
+    `words` are short words with their meaning of X, `measures` the file's own.
     """
 
     facts: Facts
     words: Mapping[str, Term]
     measures: Mapping[str, tuple[str, float]]
-    checked: bool
     crisp: bool
     tests: Sequence[Term]
     pairs: Sequence[Term]
@@ -83,7 +81,6 @@ def random_case(seed: int, tests: int, models: int = 2) -> Case:
         _facts(draw, (*FACES, "f5") if crowded else FACES),
         words,
         measures,
-        draw.random() < 0.2,
         draw.random() < 0.2,
         [drawing.test(draw.randint(1, 4)) for _ in range(tests - 1)] + [drawing.faulty()],
         [two_faces.test(draw.randint(0, 1)) for _ in range(2)],

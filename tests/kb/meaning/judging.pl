@@ -70,11 +70,8 @@ loaded(Name, File, Module) :-
     load(File, Module, Models),
     facetlog_named_models:name_models(oracle_base, Models, Module).
 
-%   As a user's file, or as one of the program's own.
-load(text(Text), Module, Models) :-
-    facetlog_loader:load_rules(Module, 'oracle.pl', Text, loaded(_, Models, _, _)).
-load(clauses(Clauses), Module, Models) :-
-    facetlog_rule_module:new_rule_module(Module),
+load(Clauses, Module, Models) :-
+    facetlog_loader:new_rule_module(Module),
     forall(member(Clause, Clauses), assertz(Module:Clause)),
     findall(Model, ( current_predicate(Module:model/3), Module:model(Model, _, _) ), Models).
 

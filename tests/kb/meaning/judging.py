@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.schema import declarations
-from tests.kb.meaning.cases import MODULES, Case
+from tests.kb.meaning.cases import Case
 from tests.kb.meaning.models import Model
 from tests.kb.meaning.proofs import Proof, proof_of
 from tests.kb.meaning.reference import said
@@ -33,6 +34,7 @@ def program() -> str:
     bridge = house("kb") / "prolog" / "bridge.pl"
     return (
         f"load_files({str(bridge)!r}, [silent(true)]),"
+        f"asserta(user:file_search_path(facetlog, {str(builtin_rules())!r})),"
         f"schema:declare_facts({declarations()}),"
         "create_prolog_flag(facetlog_native, true, []),"
         f"load_files({str(HERE / 'judging.pl')!r}, [silent(true)])"
@@ -70,22 +72,12 @@ class Judging:
 def written(case: Case) -> str:
     """The line that judging.pl reads."""
     facts = ",".join(_fact(key, values) for key, values in case.facts.items())
-    header = ":- module(oracle, []).\n:- use_module(facetlog(vocabulary)).\n"
-    files = []
-    for module, rules in zip(MODULES, case.rules(), strict=True):
-        if case.checked and any(model.module == module for model in case.models):
-            files.append(f"text({json.dumps(header + _text(rules))})")
-        else:
-            files.append(f"clauses([{','.join(f'({rule})' for rule in rules)}])")
+    files = [f"[{','.join(f'({rule})' for rule in rules)}]" for rules in case.rules()]
     tests = ",".join(map(prolog, case.tests))
     pairs = ",".join(f"pair(X,Y,{prolog(test)})" for test in case.pairs)
     models = ",".join(model.name for model in case.models)
     crisp = str(case.crisp).lower()
     return f"case([{facts}],[{','.join(files)}],{crisp},[{tests}],[{pairs}],[{models}]).\n"
-
-
-def _text(rules: Sequence[str]) -> str:
-    return "".join(f"{rule}.\n" for rule in rules)
 
 
 def _fact(key: tuple[object, ...], values: tuple[float, ...]) -> str:

@@ -266,11 +266,6 @@ test(measure_of_the_vocabulary_before_one_of_the_rules, Q == quantity(0.5, 0.0, 
     in_facts(value(fill(f1), user, Q)).
 test(first_own_measure_counts, Found == [3.0-0.25-ratio]) :-
     findall(V-Var-Kind, in_facts(value(times, user, quantity(V, Var, Kind))), Found).
-test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.5-ratio]) :-
-    findall(V-Sd-Kind,
-            ( member(Measure, [tilt(f1), times]), in_facts(measure_in(user, Measure, V, Sd, Kind)) ), Found).
-test(own_measures_only_by_name, fail) :-
-    in_facts(( measure_in(user, Measure, _, _, _), Measure == large )).
 test(what_is_no_expression, forall(member(Measure, [_, "text"]))) :-
     state_of(at_least(Measure, 1), State),
     assertion(State == unknown).

@@ -3,7 +3,7 @@
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
-:- use_module(facetlog_kb(rule_module)).
+:- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(left_open)).
 :- use_module(facetlog_kb(model_test)).

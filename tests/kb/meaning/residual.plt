@@ -5,7 +5,7 @@
 :- use_module(facetlog_kb(loops)).
 :- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(target)).
-:- use_module(facetlog_kb(rule_module)).
+:- use_module(facetlog_kb(loader)).
 
 :- begin_tests(arithmetic).
 

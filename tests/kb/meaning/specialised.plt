@@ -5,7 +5,7 @@
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
-:- use_module(facetlog_kb(rule_module)).
+:- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(scene)).
 
 % Facts that each model asks for beside those of a face and its thing.

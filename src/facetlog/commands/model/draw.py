@@ -14,7 +14,7 @@ from facetlog.commands.model.drawn import (
     model_errors,
     workbench,
 )
-from facetlog.commands.shared import NO, YES, AsJson, Models, command
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 
 if TYPE_CHECKING:
     from facetlog.prototype.search import Search
@@ -29,6 +29,7 @@ SCHEMA = "facetlog-prototype/1"
 def draw_command(
     name: ModelName,
     models: Models = None,
+    trust: Trust = False,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="The folder; drawn/NAME if not given."),
@@ -51,7 +52,7 @@ def draw_command(
         return NO
     folder = out or Path("drawn") / Path(name).stem
     check_replaceable(folder, inputs=models)
-    with workbench(name, models) as bench:
+    with workbench(name, models, trust=trust) as bench:
         search = searched(bench, effort)
         if not search.best.judged.holds:
             lines = list(conflict_lines(search))

@@ -64,12 +64,12 @@ def _files(name: str, models: list[Path]) -> list[Path]:
 
 
 @contextmanager
-def workbench(name: str, models: list[Path]) -> "Iterator[Workbench]":
+def workbench(name: str, models: list[Path], *, trust: bool) -> "Iterator[Workbench]":
     """Where solids are judged by the model that is meant; InputError if it is not clear which."""
     from facetlog.kb.recognize import open_knowledge_base
     from facetlog.prototype.workbench import Workbench
 
-    with open_knowledge_base(_files(name, models)) as base:
+    with open_knowledge_base(_files(name, models), trusted=trust) as base:
         if name.endswith(SUFFIX):
             path = Path(name).resolve()
             inside = [model for model, rules in base.models.items() if rules.path == path]

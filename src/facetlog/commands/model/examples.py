@@ -12,7 +12,7 @@ import typer
 from facetlog.commands.model.check import checked
 from facetlog.commands.model.files import Files, is_stdin, model_files
 from facetlog.commands.model.watch import Ran, Watch, watched
-from facetlog.commands.shared import NO, YES, command
+from facetlog.commands.shared import NO, YES, Trust, command
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def examples_command(
             help="More scenes, with labels: scene,thing,model,expected in the first line.",
         ),
     ] = None,
+    trust: Trust = False,
     output: Annotated[Output, typer.Option("--output", help="For readers or for programs.")] = (
         Output.TEXT
     ),
@@ -58,7 +59,7 @@ def examples_command(
     Exit code 0: all is as expected, 1: something is not, or a file has faults, 2: one cannot be
     read.
     """
-    run = partial(_test, files, scenes, output, coverage=coverage)
+    run = partial(_test, files, scenes, output, coverage=coverage, trust=trust)
     return watched(run, partial(_named, files, scenes), watch=watch)
 
 
@@ -80,13 +81,15 @@ class Tested:
         return not self.faults and all(result.passed for result in self.results)
 
 
-def _test(arguments: list[str], scenes: Path | None, output: Output, *, coverage: bool) -> Ran:
+def _test(
+    arguments: list[str], scenes: Path | None, output: Output, *, coverage: bool, trust: bool
+) -> Ran:
     from facetlog.commands.model.example_report import tested_json, tested_text
 
     paths = model_files(arguments)
     if any(map(is_stdin, paths)):
         raise InputError("standard input cannot be tested: give a file, for its scenes' sake")
-    tested, used = _tested(paths, scenes)
+    tested, used = _tested(paths, scenes, trust=trust)
     write = tested_json if output is Output.JSON else tested_text
     typer.echo(write(tested, coverage=coverage))
     if any(fault.code == "unreadable" for fault in tested.faults):
@@ -94,7 +97,9 @@ def _test(arguments: list[str], scenes: Path | None, output: Output, *, coverage
     return Ran(YES if tested.passed else NO, used)
 
 
-def _tested(paths: Iterable[Path], scenes: Path | None) -> tuple[Tested, frozenset[Path]]:
+def _tested(
+    paths: Iterable[Path], scenes: Path | None, *, trust: bool
+) -> tuple[Tested, frozenset[Path]]:
     from facetlog.commands.model.fault_text import distinct
     from facetlog.commands.model.scenes import (
         example_facts,
@@ -123,7 +128,7 @@ def _tested(paths: Iterable[Path], scenes: Path | None) -> tuple[Tested, frozens
     # Models may be a stranger's: they are judged where they can neither hang nor fill the memory.
     with KnowledgeBase(isolated=True) as base:
         for analysis in analyses:
-            base.load_rules(Path(analysis.file.source.name))
+            base.load_rules(Path(analysis.file.source.name), trusted=trust)
         if scenes is not None:
             cases += labelled_cases(
                 scenes, labelled_facts, known=base.models, on_demand=labelled_on_demand

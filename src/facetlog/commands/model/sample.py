@@ -18,7 +18,7 @@ from facetlog.commands.model.drawn import (
     model_errors,
     workbench,
 )
-from facetlog.commands.shared import NO, YES, AsJson, Models, command
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,6 +38,7 @@ SHEET = "samples.png"
 def sample_command(
     name: ModelName,
     models: Models = None,
+    trust: Trust = False,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="The folder; samples/NAME if not given."),
@@ -64,7 +65,7 @@ def sample_command(
         return NO
     folder = out or Path("samples") / Path(name).stem
     check_replaceable(folder, inputs=models)
-    with workbench(name, models) as bench:
+    with workbench(name, models, trust=trust) as bench:
         search = searched(bench, effort)
         if not search.best.judged.holds:
             typer.echo("\n".join(map(printable, conflict_lines(search))))

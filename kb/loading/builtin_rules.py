@@ -1,0 +1,68 @@
+"""The built-in models as Prolog, compiled from rules/NAME.model at first use."""
+
+import atexit
+import hashlib
+import logging
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.scene_cache import cache_folder, replace_file
+
+__all__ = ["builtin_rules"]
+
+MADE_FROM = ("rules/*.model", "rules/*.pl", "grammar/**/*.py")
+"""Files that the compiled text follows from."""
+
+MOST_KEPT = 8
+"""Folders of other versions of these files that stay in the cache."""
+
+_LOG = logging.getLogger(__name__)
+
+
+def builtin_rules() -> Path:
+    """Return a folder with the Prolog file NAME.pl of each built-in model.
+
+    It is in the user's cache, and compiled if it is not there yet; else a temporary folder of this
+    process. Several processes may make it at once: each file is there whole or not at all.
+    """
+    folder = _folder()
+    missing = [p for p in sorted(house("rules").glob("*.model")) if not _made(folder, p).is_file()]
+    if missing:
+        # To load the language and to compile all models takes half a second.
+        from facetlog.grammar.analysis import analyse
+        from facetlog.grammar.compile import compiled
+
+        for path in missing:
+            replace_file(_made(folder, path), compiled(analyse(path)).prolog.encode())
+    return folder
+
+
+def _made(folder: Path, model: Path) -> Path:
+    return folder / f"{model.stem}.pl"
+
+
+@cache
+def _folder() -> Path:
+    """Return the folder of this process: Prolog loads a module from one place only."""
+    total = hashlib.sha256()
+    root = house("rules").parent
+    for pattern in MADE_FROM:
+        for path in sorted(root.glob(pattern)):
+            total.update(path.read_bytes())
+    try:
+        rules = cache_folder("rules")
+        if rules is not None:
+            for old in sorted(rules.iterdir(), key=lambda made: made.stat().st_mtime)[:-MOST_KEPT]:
+                shutil.rmtree(old, ignore_errors=True)
+            folder = rules / total.hexdigest()
+            folder.mkdir(mode=0o700, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):  # whether it can be written to
+                return folder
+    except (OSError, RuntimeError) as exc:
+        _LOG.info("built-in models are compiled without a cache: %s", exc)
+    temporary = tempfile.TemporaryDirectory(prefix="facetlog-rules-")
+    atexit.register(temporary.cleanup)
+    return Path(temporary.name)
