@@ -48,7 +48,6 @@ def example_file(kind: FaultKind) -> str:
 
 
 _SHORT = '\n  "It."\n  face a\n  ok: a is level\n  example "e" of table() fails'
-_PAIR = '\n  "It."\n  face a, b\n  ok: a adjoins b, b is level\n  example "e" of table() fails'
 
 _KINDS = (
     # Text
