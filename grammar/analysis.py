@@ -10,7 +10,7 @@ from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
 from facetlog.grammar.lint.allowed import drop_allowed
 from facetlog.grammar.lint.lint import lint
-from facetlog.grammar.resolve import FlatModel, flat_models
+from facetlog.grammar.resolve import FlatModel, find_reachable, flat_models
 from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
 from facetlog.grammar.vocabulary import VOCABULARY, Word
 
@@ -91,21 +91,9 @@ def _find_circles(models: Mapping[str, FlatModel], references: References) -> It
         needs[name] = (*own, parent.text) if parent is not None else own
     for name, model in models.items():
         for other, where in references[name]:
-            if other == name or _reaches(other, name, needs):
+            if other == name or name in find_reachable(other, lambda one: needs.get(one, ())):
                 by = "itself" if other == name else f"`{other}`, and that on `{name}`"
                 message = f"whether something is a `{name}` depends on {by}"
                 hint = "no answer can be given: ask about parts instead"
                 yield Fault("cycle", message, model.source, where.span, hint)
                 break
-
-
-def _reaches(start: str, goal: str, needs: Mapping[str, tuple[str, ...]]) -> bool:
-    seen, waiting = {start}, [start]
-    while waiting:
-        for other in needs.get(waiting.pop(), ()):
-            if other == goal:
-                return True
-            if other not in seen:
-                seen.add(other)
-                waiting.append(other)
-    return False

@@ -29,12 +29,12 @@ class FaultKind:
 def example_file(kind: FaultKind) -> str:
     """The example as a whole file; of `own-word` as a file of Prolog.
 
-    >>> print(example_file(FAULT_KINDS["zero-fading"]))
+    >>> print(example_file(FAULT_KINDS["zero-tolerance"]))
     model made_up
       "An example."
       face top, side
       ok: top is measured, top adjoins side
-      tilt(top) = 30 deg ± 5 deg fading 0 deg
+      tilt(top) = 30 deg ± 0 deg
       example "a table" of table() fails
     <BLANKLINE>
     """
@@ -48,7 +48,6 @@ def example_file(kind: FaultKind) -> str:
 
 
 _SHORT = '\n  "It."\n  face a\n  ok: a is level\n  example "e" of table() fails'
-_PAIR = '\n  "It."\n  face a, b\n  ok: a adjoins b, b is level\n  example "e" of table() fails'
 
 _KINDS = (
     # Text

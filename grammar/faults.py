@@ -200,20 +200,14 @@ class Fault:
             yield f"  {lead}{'^' * width}"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """The known word that is spelt most like it, or nothing.
+def said(word: str, known: Iterable[str]) -> str:
+    """Return the hint that names the known word that is spelt most like it, or nothing.
 
-    >>> nearest("adjoin", ["angle", "adjoins"])
-    'adjoins'
+    >>> said("adjoin", ["angle", "adjoins"])
+    'did you mean `adjoins`?'
     """
     found = get_close_matches(word, sorted(set(known)), n=1, cutoff=ALIKE)
-    return found[0] if found else ""
-
-
-def said(word: str, known: Iterable[str]) -> str:
-    """The hint that names the nearest known word, or nothing."""
-    found = nearest(word, known)
-    return f"did you mean `{found}`?" if found else ""
+    return f"did you mean `{found[0]}`?" if found else ""
 
 
 _USUAL = {

@@ -1,6 +1,6 @@
 """Models with what they inherit: the parts, lines and constants that hold for each."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Generic, TypeVar
@@ -71,6 +71,18 @@ def line_label(owned: Owned[s.Line]) -> str:
     if owned.node.label is not None:
         return owned.node.label.text
     return f"line {owned.place[1]}"
+
+
+def find_reachable(start: str, neighbours: Callable[[str], Iterable[str]]) -> set[str]:
+    """Return all that is reached from a name in one step or more."""
+    found: set[str] = set()
+    waiting = list(neighbours(start))
+    while waiting:
+        one = waiting.pop()
+        if one not in found:
+            found.add(one)
+            waiting.extend(neighbours(one))
+    return found
 
 
 def flat_models(files: Iterable[s.File], faults: list[Fault]) -> dict[str, FlatModel]:
@@ -229,22 +241,17 @@ class _Resolver:
                 self._fault("cycle", f"`{model.name}` cannot go before itself", other, file)
             elif known is None:
                 self._report_no_model(other, file)
-            elif model.name.text in self._find_behind(other.text):
+            elif model.name.text in find_reachable(other.text, self._find_next):
                 message = f"`{other}` goes before `{model.name}`, too"
                 self._fault("cycle", message, other, file, "one of them has to stand first")
 
-    def _find_behind(self, name: str) -> set[str]:
-        """Whose names stand after a model's, also by way of others."""
-        found: set[str] = set()
-        further = [name]
-        while further:
-            model, _ = self.written[further.pop()]
-            others = {other.text for other in model.rather_than}
+    def _find_next(self, name: str) -> Iterator[str]:
+        """Find the models whose names come right after a model's."""
+        if name in self.written:
+            model, _ = self.written[name]
+            yield from (other.text for other in model.rather_than)
             if model.ancestry is s.Ancestry.IS and model.parent is not None:
-                others.add(model.parent.text)
-            further += (others & self.written.keys()) - found
-            found |= others
-        return found
+                yield model.parent.text
 
     def _report_no_model(self, name: s.Name, file: s.File) -> None:
         hint = said(name.text, self.written) or "`use` the file that defines it"

@@ -12,7 +12,7 @@ from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, respelling, said
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
-from facetlog.grammar.resolve import Owned
+from facetlog.grammar.resolve import Owned, find_reachable
 from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
@@ -238,14 +238,8 @@ class _ModelChecker(ConditionChecker):
             for name, x in sets.items()
         }
         for name, symbol in sets.items():
-            seen: set[str] = set()
-            waiting = list(needs[name])
-            while waiting:
-                other = waiting.pop()
-                if other not in seen:
-                    seen.add(other)
-                    waiting.extend(needs[other])
-            if name in seen and symbol.owned.model == self.scope.model.name:
+            is_circle = name in find_reachable(name, lambda one: needs[one])
+            if is_circle and symbol.owned.model == self.scope.model.name:
                 by = ", ".join(f"`{other}`" for other in sorted(needs[name]))
                 message = f"`{name}` is found by {by}, and that by `{name}`"
                 where = symbol.owned.node.names[0]

@@ -56,7 +56,6 @@ _OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arg
 _IN_SPACE = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] == IN_SPACE)
 # How the middle of one thing is compared with that of another whose words have other names.
 _BY_ELEVATION = {"above": "at_least", "below": "at_most"}
-_AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,11 +107,6 @@ def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
     elif kinds == OPENING:
         name = f"opening_{name}"
     return Struct(name, tuple(argument.term for argument in arguments))
-
-
-def aggregate_functor(how: str) -> str:
-    """What the vocabulary calls an aggregate."""
-    return _AGGREGATES.get(how, how)
 
 
 def is_number(term: Term) -> bool:
@@ -438,7 +432,7 @@ class MeasureWriter:
         )
         values = self.names.fresh(f"{shape.symbol.name}_values")
         self.goals.append(Struct("findall", (of, Struct("member", (pattern, held)), values)))
-        return Struct(aggregate_functor(node.how), (values,))
+        return Struct(node.how.replace(" ", "_"), (values,))
 
 
 _NO_MORE: Mapping[Kinds, Struct] = {

@@ -225,19 +225,6 @@ def test_hovering_says_what_a_board_is() -> None:
     assert "at most 35 %" in hover_text(analysis, words["board"], {})
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [("top beside way", "over or under"), ("shelves_below(top) at least 2", "number of shelves")],
-)
-def test_hovering_says_what_newer_words_mean(line: str, said: str) -> None:
-    text = f"model m\n  board top\n  opening way\n  a: {line}\n"
-    analysis = _analysis(text)
-    words = [
-        one.symbol for one in occurrences(analysis).every if one.symbol.kind is SymbolKind.WORD
-    ]
-    assert any(said in hover_text(analysis, word, {}) for word in words)
-
-
 def test_older_texts_may_call_their_own_by_the_new_words() -> None:
     old = """model shelf3
   face top, front, side
