@@ -60,7 +60,8 @@ reference: $(STAMP) ## make the reference of docs/models.md, and its picture of 
 	$(BIN)/python scripts/write_reference.py
 	$(BIN)/python scripts/draw_vocabulary.py
 
-docs: $(STAMP) ## the pages of the Python interface, into out/docs; warnings are errors
+docs: $(STAMP) ## pages of the Python interface into out/docs, JSON Schemas into out/schemas
+	$(BIN)/python scripts/write_schemas.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
