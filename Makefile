@@ -59,7 +59,8 @@ format: $(STAMP) ## put the Python files into form
 reference: $(STAMP) ## draw the picture of words in docs/pictures
 	$(BIN)/python scripts/draw_vocabulary.py
 
-docs: $(STAMP) ## the pages of the Python interface and of all words, into out/docs
+docs: $(STAMP) ## pages of the Python interface and of all words into out/docs, JSON Schemas into out/schemas
+	$(BIN)/python scripts/write_schemas.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 vsix: ## build the VS Code extension into dist/; needs Python alone

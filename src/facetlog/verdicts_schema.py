@@ -4,14 +4,11 @@ Models of what verdict.py, reasons.py and proof.py of kb/explaining/ write, for 
 elsewhere; a test holds both against each other.
 """
 
-import json
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
 
-__all__ = ["VerdictsRecord", "verdicts_schema"]
-
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+__all__ = ["VerdictsRecord"]
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 NotNegative = Annotated[FiniteFloat, Field(ge=0.0)]
@@ -176,9 +173,3 @@ class VerdictsRecord(_Record):
     verdicts: tuple[VerdictRecord, ...]
     problems: tuple[str, ...]
     warnings: tuple[str, ...]
-
-
-def verdicts_schema() -> str:
-    """The JSON Schema, as docs/verdicts.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **VerdictsRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"

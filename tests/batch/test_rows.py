@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.row_records import RowRecord, results_schema, row_from
+from facetlog.batch.row_records import RowRecord, row_from
 from facetlog.batch.rows import COLUMNS, error_row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
@@ -15,11 +15,6 @@ from tests.batch.fake_worker import fake_row
 
 def test_a_row_has_the_columns_that_its_record_has() -> None:
     assert tuple(RowRecord.model_fields) == COLUMNS
-
-
-def test_the_published_schema_is_that_of_the_program() -> None:
-    published = Path(__file__).parents[2] / "docs" / "results.schema.json"
-    assert published.read_text(encoding="utf-8") == results_schema()
 
 
 def test_a_row_comes_back_and_columns_of_others_are_left_out() -> None:

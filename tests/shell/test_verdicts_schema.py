@@ -1,7 +1,6 @@
-"""docs/verdicts.schema.json: the published schema is true of what recognition says."""
+"""The record of verdicts.json accepts what recognition writes, and nothing else."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +9,7 @@ from pydantic import ValidationError
 from facetlog.kb.recognize import recognize
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.verdicts_schema import VerdictsRecord, verdicts_schema
-
-PUBLISHED = Path(__file__).parents[2] / "docs" / "verdicts.schema.json"
+from facetlog.verdicts_schema import VerdictsRecord
 
 
 def _verdicts(name: str, *, full: bool = False) -> dict[str, Any]:
@@ -20,10 +17,6 @@ def _verdicts(name: str, *, full: bool = False) -> dict[str, Any]:
     facts = (fact.row for fact in scene_facts(scene))
     found = recognize(facts, scene_name=scene.name)
     return {**found.to_json(full=full), "problems": [], "warnings": []}
-
-
-def test_the_published_schema_is_this_one() -> None:
-    assert PUBLISHED.read_text(encoding="utf-8") == verdicts_schema()
 
 
 @pytest.mark.parametrize("full", [False, True])

@@ -1,7 +1,6 @@
 """Scenes as JSON say what they hold in these models: `facetlog-scene/1` and its JSON Schema."""
 
 import base64
-import json
 from typing import Annotated, Literal
 
 from pydantic import (
@@ -30,11 +29,9 @@ __all__ = [
     "SeenLatticeRecord",
     "SightLinesRecord",
     "VertexRecord",
-    "scene_schema",
 ]
 
 FORMAT = "facetlog-scene/1"
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 Vector2 = tuple[FiniteFloat, FiniteFloat]
 Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
@@ -215,9 +212,3 @@ class SceneRecord(_Record):
         lt=1.0,
         description="relative standard deviation of metres, which is in no covariance",
     )
-
-
-def scene_schema() -> str:
-    """The JSON Schema of `facetlog-scene/1`, as docs/scene.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **SceneRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"

@@ -1,6 +1,5 @@
 """Rows as their border knows them: what somebody's file says, and the schema of the results."""
 
-import json
 from typing import Annotated, Literal
 
 from pydantic import (
@@ -16,9 +15,7 @@ from pydantic import (
 from facetlog.batch.rows import Row
 from facetlog.errors import InputError
 
-__all__ = ["RowRecord", "results_schema", "row_from"]
-
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+__all__ = ["RowRecord", "row_from"]
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 # Older tables call it otherwise.
@@ -85,12 +82,6 @@ class RowRecord(_Record):
     metric: bool | None = Field(description="whether lengths are metres")
     read_as: str = Field(description="the options that it was read and judged with")
     facetlog: str = Field(description="version of the program")
-
-
-def results_schema() -> str:
-    """The JSON Schema of a row, as docs/results.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **RowRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"
 
 
 def row_from(data: object, source: str) -> Row:

@@ -105,7 +105,7 @@ def classify(
 ) -> "pd.DataFrame":
     """A row for each scene, mesh or cloud: the answer, of which thing, how sure it is.
 
-    `paths` are files, folders or globs. The columns are those of docs/results.schema.json; what
+    `paths` are files, folders or globs. The columns are those of `classify -o`; what
     cannot be read has its reason in `error`. It takes `workers` processes, one a core if not given.
     Raises InputError for options, RuleSyntaxError for models that cannot be used.
     """

@@ -43,7 +43,7 @@ class Reason:
         return bool(self.verdicts) and self.verdicts[0].state.value == "holds"
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """The verdicts with their whole proofs, as docs/verdicts.schema.json has them."""
+        """The verdicts with their whole proofs, as verdicts.json has them."""
         return [verdict.to_json(full=True) for verdict in self.verdicts]
 
     def __str__(self) -> str:
@@ -163,7 +163,7 @@ class Result(Closing):
         self.__dict__.update(state, _lock=threading.Lock())
 
     def to_dict(self, *, full: bool = False) -> dict[str, Any]:
-        """The verdicts as docs/verdicts.schema.json has them, with `full` the whole proofs."""
+        """The verdicts as verdicts.json has them, with `full` the whole proofs."""
         return self.recognition.to_json(full=full)
 
     def __str__(self) -> str:

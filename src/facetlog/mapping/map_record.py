@@ -1,6 +1,5 @@
 """The map as JSON, `facetlog-map/1`, and its JSON Schema; metres, radians, x and y on the floor."""
 
-import json
 import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -15,9 +14,7 @@ if TYPE_CHECKING:
     from facetlog.mapping.moved_thing import Moved
     from facetlog.mapping.room_map import RoomMap
 
-__all__ = ["SIGNS", "MapRecord", "map_json", "map_schema"]
-
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+__all__ = ["SIGNS", "MapRecord", "map_json"]
 SIGNS = {Cell.UNSEEN: " ", Cell.PASSED: ":", Cell.FREE: ".", Cell.OCCUPIED: "#"}
 """How cells of the floor are written."""
 
@@ -145,12 +142,6 @@ def map_json(room: "RoomMap") -> str:
         notes=room.notes,
     )
     return record.model_dump_json(by_alias=True, indent=1) + "\n"
-
-
-def map_schema() -> str:
-    """The JSON Schema, as docs/map.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **MapRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"
 
 
 def _thing(thing: MappedThing, moved: "Iterable[Moved]") -> ThingRecord:

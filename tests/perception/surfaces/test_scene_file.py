@@ -37,7 +37,6 @@ from facetlog.perception.surfaces.scene_file import (
 )
 from facetlog.perception.surfaces.scene_json.lattice_bits import packed
 from facetlog.perception.surfaces.scene_json.record_faults import MOST_COPIES
-from facetlog.perception.surfaces.scene_json.records import scene_schema
 from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST
 from facetlog.perception.types import Observation, PositionLabel
 
@@ -297,11 +296,6 @@ def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
     assert path.read_bytes() == before
     with pytest.raises(InputError, match="cannot be written"):
         write_scene(cuboid(), tmp_path / "no" / "scene.json")
-
-
-def test_the_published_schema_is_this_one() -> None:
-    published = Path(__file__).parents[3] / "docs" / "scene.schema.json"
-    assert published.read_text(encoding="utf-8") == scene_schema()
 
 
 def test_a_link_is_followed_and_a_pipe_is_written_to(tmp_path: Path) -> None:
