@@ -73,7 +73,7 @@ judged(File) :-
     setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
                        facetlog_scene:add_facts(native_scene, Stream),
                        close(Stream)),
-    facetlog_batch:brief_verdicts(native, Verdicts),
+    facetlog_batch:brief_verdicts(native, 100_000_000, Verdicts),
     facetlog_batch:empty_batch(native),
     Verdicts \\== [].
 """

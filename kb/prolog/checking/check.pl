@@ -255,7 +255,11 @@ closed_sort(kind(_), [deg, ratio, count, length, area],
 extended(Closure, Extra, Goal) :-
     callable(Closure),
     Closure \= _:_,
-    Closure =.. [Name|Args],
+    (   compound(Closure)
+    ->  compound_name_arguments(Closure, Name, Args)
+    ;   Name = Closure,
+        Args = []
+    ),
     length(More, Extra),
     append(Args, More, All),
     Goal =.. [Name|All].

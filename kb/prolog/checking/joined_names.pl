@@ -81,9 +81,14 @@ standing(Goal, Position, place(Call, Index), v(Number)-At) :-
     arg(Index, Call, v(Number)).
 standing(Goal, Position, place(Call, Index), Element) :-
     part(Goal, Position, Part-At),
-    Part =.. [Word, Closure|Lists],
+    compound_name_arguments(Part, Word, [Closure|Lists]),
     memberchk(Word, [maplist, include, exclude, partition]),
-    Closure =.. [Name|Arguments],
+    (   compound(Closure)
+    ->  compound_name_arguments(Closure, Name, Arguments)
+    ;   atom(Closure),
+        Name = Closure,
+        Arguments = []
+    ),
     Name \== v,
     ( Word == maplist -> length(Lists, Missing) ; Missing = 1 ),
     length(More, Missing),

@@ -227,7 +227,7 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
 brief_verdicts_on(Facts, Scene, Asked, Verdicts) :-
     forall(( member(Fact, Facts), functor(Fact, Name, Arity), memberchk(Name-Arity, Asked) ),
            assertz(Scene:Fact)),
-    facetlog_batch:brief_verdicts(Scene, Verdicts).
+    facetlog_batch:brief_verdicts(Scene, 100_000_000, Verdicts).
 
 %   What is so of one face is so of another.
 turned(Fact0, Fact) :-
