@@ -20,6 +20,7 @@ from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
+from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
 from facetlog.kb.engine.leftovers import (
@@ -50,25 +51,7 @@ from facetlog.kb.loading.words import Word, decode_words
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
-BUILTIN_MODELS = (
-    "box",
-    "table",
-    "chair",
-    "desk",
-    "stool",
-    "shelf",
-    "cabinet",
-    "stairs",
-    "room_corner",
-    "bench",
-    "sofa",
-    "bed",
-    "bookcase",
-    "door",
-    "crate",
-    "picture_frame",
-    "step_stool",
-)
+BUILTIN_MODELS = tuple(sorted(path.stem for path in house("rules").glob("*.model")))
 
 _LOG = logging.getLogger(__name__)
 

@@ -29,7 +29,7 @@ FACES = ["f1", "f2", "f3", "f4", "f5", "f6"]
         ("part_of(f1, ", ["t1"]),
         ("holds(near(angle(f1, f", FACES),
         ("each(X, [f1, ", []),
-        ("is_a(t1, ", ["box", "table", "chair"]),
+        ("is_a(t1, ", ["bed", "bench", "bookcase"]),
         ("plays(", FACES),
         ("closes(", FACES),
         ("in(", ["block"]),

@@ -8,16 +8,12 @@ from facetlog.commands.model.scenes import builder_sizes, example_facts
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.example_scenes import scene_faults
 from facetlog.grammar.format import formatted
-from facetlog.grammar.library import BUILTIN, builtin_names
+from facetlog.grammar.library import BUILTIN
 from facetlog.kb.examples import example_cases, run_cases
 from facetlog.kb.explaining.proof import State
-from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
+from facetlog.kb.knowledge_base import KnowledgeBase
 
 MODELS = sorted(BUILTIN.glob("*.model"))
-
-
-def test_every_model_of_the_language_is_built_in() -> None:
-    assert builtin_names() == set(BUILTIN_MODELS)
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)

@@ -117,7 +117,7 @@ def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
     """What each of several different heights in one table is the height of; nothing of one alone.
 
     >>> height_notes(meanings("elevation(f1, A, _), top_of(t1, B, _)"))[0]
-    "A is elevation: height of the face's middle above the lowest point of its thing"
+    'A is elevation: height of the middle of the face above the lowest point of its object'
     >>> height_notes(meanings("elevation(f1, A, _), elevation(f2, B, _)"))
     ()
     """
