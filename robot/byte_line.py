@@ -10,8 +10,6 @@ from typing import Protocol
 
 from facetlog.errors import DeviceTimeout
 
-__all__ = ["ByteLine", "BytePort", "PortLine"]
-
 MOST_READS_OF_A_FLUSH = 256
 """A device that never stops sending must not block `flush` for ever."""
 

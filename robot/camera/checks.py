@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import Image
 
-__all__ = ["Quality", "faults_of", "quality_of"]
-
 # Pixels: smoothing before the two gradients that are compared. The finer passes little more than a
 # picture's own blur, the coarser still finds an edge that motion has spread over 30 pixels.
 FINE_PX, COARSE_PX = 1.0, 3.0

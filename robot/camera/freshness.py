@@ -15,8 +15,6 @@ import numpy as np
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import Image
 
-__all__ = ["Frame", "LatestFrame"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Frame:

@@ -22,8 +22,6 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.freshness import Frame, LatestFrame
 
-__all__ = ["FileSource", "FrameSource", "StillSource", "VideoSource", "open_camera"]
-
 # Default latency: the largest number of seconds between the beginning of an exposure and the
 # arrival of its frame. A device: an exposure of 1/15 s, two frames in transit at 15 a second,
 # decoding. A stream: also the buffers of encoders and of FFmpeg's reader. A still: exposed on

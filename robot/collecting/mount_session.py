@@ -23,8 +23,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["BoardRig", "stations_before", "take_sightings"]
-
 SETTLE, HEAD_SETTLE, SHOT_TIMEOUT = 0.6, 0.2, 10.0
 # Angles to each side at which the board is searched at first, nearest first.
 SEARCH_PANS_DEG, SEARCH_TILTS_DEG = (0, -30, 30, -60, 60), (0, -15, 15)

@@ -24,18 +24,6 @@ from facetlog.robot.head.head import HeadLimits
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "CHOSEN",
-    "EXPLORED",
-    "Around",
-    "Chooser",
-    "Chosen",
-    "ChosenStops",
-    "Finished",
-    "place_sd",
-    "reach_of_mount",
-]
-
 CHOSEN, EXPLORED = "chosen", "explored"
 """What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
 

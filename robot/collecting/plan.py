@@ -27,8 +27,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_pose, stand_for
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows", "stop_for"]
-
 # Kept free at both ends of the pan: by how much the robot's heading may be off where it stops.
 PAN_MARGIN = math.radians(6.0)
 # Headings that are tried within what the pan allows, besides those of arriving and leaving.

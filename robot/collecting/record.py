@@ -28,20 +28,6 @@ from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "LOG_FILE",
-    "SCHEMA",
-    "TRANSFORMS_FILE",
-    "WAY_FILE",
-    "Record",
-    "Taken",
-    "read_log",
-    "read_record",
-    "read_robot_tum",
-    "robot_tum",
-    "write_file",
-]
-
 LOG_FILE, TRANSFORMS_FILE, WAY_FILE = "collect.jsonl", "transforms.json", "odometry.tum"
 SCHEMA = "facetlog-collect/1"
 # OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).

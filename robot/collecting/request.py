@@ -12,8 +12,6 @@ from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["TRAFFIC_FILE", "Request", "check_begun", "earlier_views", "missing_views"]
-
 TRAFFIC_FILE = "traffic.jsonl"
 
 

@@ -6,31 +6,30 @@ opened is closed, the robot last, whatever happens.
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
-from facetlog.errors import DeviceError, FacetlogError
+import numpy as np
+
+from facetlog.errors import DeviceError, FacetlogError, InputError
+from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
-from facetlog.robot.collecting.drawing.map_picture import Floor, Mapped
-from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.driven_way import DrivenWay
-from facetlog.robot.collecting.keep_out import (
-    CLEARANCE,
-    check_keep_out,
-    circles_for_the_middle,
-    rings_round_target,
-)
-from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
-from facetlog.robot.collecting.order import short_order
+from facetlog.robot.collecting.drive import Body, MobileBase
+from facetlog.robot.collecting.map_picture import Floor, Mapped
+from facetlog.robot.collecting.next_stop import Around, ChosenStops, reach_of_mount
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
+    WAY_FILE,
     Record,
     Taken,
     read_log,
+    read_robot_tum,
+    robot_tum,
+    write_file,
 )
 from facetlog.robot.collecting.request import (
     TRAFFIC_FILE,
@@ -38,7 +37,8 @@ from facetlog.robot.collecting.request import (
     earlier_views,
     missing_views,
 )
-from facetlog.robot.collecting.route import Circle, Point
+from facetlog.robot.collecting.ring_views import bearing
+from facetlog.robot.collecting.route import Circle, Point, distance_to, short_order
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
     Ended,
@@ -51,22 +51,143 @@ from facetlog.robot.collecting.simulated_robot import (
     CameraAndOptics,
     camera_and_optics,
     check_start,
+    coasts_when_cut,
+    with_line,
 )
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.open_head import open_head
+from facetlog.robot.mount.mount import Mount
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.line.port import DEFAULT_BAUD, open_port
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "Collected",
-    "open_checked_camera",
-    "open_robot_head",
-    "run_collection",
-]
+
+class DrivenWay:
+    """Keeps the robot's poses in the world, and passes on what a listener is told after writing.
+
+    `epoch` is when the reports' clock was zero (seconds since 1970). With `resume` the way of the
+    folder's earlier runs stays before this one's.
+    """
+
+    def __init__(self, folder: Path, epoch: float, listener: Listener, *, resume: bool) -> None:
+        self._path, self._epoch, self._listener = folder / WAY_FILE, epoch, listener
+        self.stamped: list[tuple[float, Pose2]] = []
+        """Times (seconds since 1970) and poses, those of earlier runs first."""
+        if resume and self._path.is_file():
+            self.stamped = read_robot_tum(self._path)
+
+    def moved(self, at: float, place: Pose2) -> None:
+        """Takes the pose of a report."""
+        self.stamped.append((self._epoch + at, place))
+
+    def write(self) -> None:
+        """Writes the file; InputError where it cannot be written."""
+        write_file(self._path, robot_tum(self.stamped).encode())
+
+    def view_taken(self, done: int, total: int, view: Taken) -> None:
+        """See `Listener`."""
+        self.write()
+        self._listener.view_taken(done, total, view)
+
+    def warn(self, message: str) -> None:
+        """See `Listener`."""
+        self._listener.warn(message)
+
+    def note(self, message: str) -> None:
+        """See `Listener`."""
+        self._listener.note(message)
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
+        """See `Listener`."""
+        self._listener.ended_early(ended, there, total)
+
+
+# Room between the robot on the innermost view and the default keep-out circle: twice the distance
+# by which driving may miss the planned place.
+ROOM = 0.05
+# Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
+CLEARANCE = 0.03
+
+
+def check_keep_out(request: Request) -> None:
+    """InputError where a radius has no place."""
+    if isinstance(request.keep_out, float) and request.tour.target is None:
+        raise InputError(
+            "the tour's lines of sight do not meet, so --keep-out needs a place: X,Y,RADIUS"
+        )
+
+
+def circles_for_the_middle(request: Request, radius: float) -> tuple[Circle, ...]:
+    """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
+
+    If none are given: about the target, as large as the innermost view leaves room for.
+    """
+    target, closed = request.tour.target, request.keep_out
+    if isinstance(closed, tuple):
+        circles = closed
+    elif target is None:
+        return ()
+    else:
+        if closed is None:
+            closed = _room(request.tour, target, request.mount, radius)
+        circles = (Circle(float(target[0]), float(target[1]), closed),)
+    grown = tuple(circle.grown(radius) for circle in circles)
+    inside = distance_to(grown, (request.start.x, request.start.y))
+    if inside < 0:
+        raise InputError(
+            f"the robot at {request.start.x:.2f}, {request.start.y:.2f} is {-inside:.2f} m within "
+            "a keep-out circle: put it elsewhere (--start), or give a smaller --keep-out"
+        )
+    return grown
+
+
+def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
+    """The radius that the innermost view leaves, whichever way the robot stands there."""
+    if not tour.views:
+        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
+    nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
+    room = nearest - reach_of_mount(mount) - radius - ROOM - CLEARANCE
+    if room <= 0:
+        raise InputError(
+            f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
+            "a robot beside it: give --keep-out RADIUS if that is meant"
+        )
+    return room
+
+
+def rings_round_target(
+    request: Request,
+    reach: Reach,
+    pace: Pace,
+    body: float,
+    lines: Sequence[Mapping[str, object]] = (),
+) -> Around:
+    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
+
+    Their places are those of the run that is continued, if `lines` of collect.jsonl have one round
+    the target.
+    """
+    target = request.tour.target
+    if target is None:
+        raise InputError("--explore needs what is looked at: give --target X,Y,Z")
+    place = float(target[0]), float(target[1])
+    holding = [c for c in reach.closed if c.distance(place) < c.radius]
+    if not holding:
+        raise InputError("no --keep-out circle holds the --target: give --keep-out RADIUS")
+    # Whichever way the robot stands, its middle stays outside of the circles.
+    radius = (
+        max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
+    )
+    first = bearing(target, (request.start.x, request.start.y))
+    if any("explore" in line for line in lines):
+        before = Around.recorded(lines)
+        first = before.first if np.allclose(before.target, target) else first
+    return Around(target, radius, first, reach, pace, request.start, body)
+
 
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 

@@ -28,21 +28,6 @@ from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "BLOCKED",
-    "HEAD_SETTLE",
-    "SETTLE",
-    "SHOT_TIMEOUT",
-    "Ended",
-    "Guide",
-    "Listener",
-    "Rig",
-    "Stops",
-    "collect",
-    "end_recorded",
-    "pose_covariance_at",
-]
-
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.
 SETTLE = 0.6

@@ -11,17 +11,6 @@ from itertools import pairwise
 from facetlog.robot.collecting.route import Route
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "HEADING_TOLERANCE",
-    "PLACE_TOLERANCE",
-    "SLOWEST",
-    "Motion",
-    "Pace",
-    "Progress",
-    "along",
-    "towards_heading",
-]
-
 # Look-ahead, metres along the route: it cuts 1 cm off a circle of 1 m (s² / 8 r), and is steady at
 # 0.3 m/s with ten reports a second (a lag of 0.15 s is 5 cm).
 LOOK_AHEAD = 0.25

@@ -22,8 +22,6 @@ from facetlog.regular_file import read_regular_text
 from facetlog.robot.recording import pan_tilt_angles
 from facetlog.robot.tour import tour_poses
 
-__all__ = ["PAPER_TOUR", "Tour", "TourView", "paper_tour", "read_tour"]
-
 PAPER_TOUR = "paper"
 INCH = 0.0254
 PLACES, INCHES = ("x", "y", "z"), ("x_in", "y_in", "z_in")

@@ -23,8 +23,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_frames, camera_pose
 from facetlog.robot.mount.mount import LENGTHS, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MountFit", "Sighting", "board_place", "fit_mount"]
-
 # Prior standard deviations of a mount: wide enough that the pictures decide what they can.
 PRIOR_LENGTH_SD, PRIOR_ANGLE_SD = 0.05, math.radians(5.0)
 # Standard deviation of a detected corner, px (OpenCV refines to about a tenth; lens and print add).

@@ -15,8 +15,6 @@ from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Gaze", "camera_frames", "camera_pose", "gaze_at", "pose_covariance", "stand_for"]
-
 # From OpenCV's camera (x right, y down, z along the view) to a frame with x along it and z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 # Fixed-point iteration: the angles depend on the pinhole's place, and that on the angles through an

@@ -21,28 +21,28 @@ from types import TracebackType
 from typing import Self, TypeVar
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer.aux_line import AuxLine
 from facetlog.robot.pioneer.connecting import Connected, connect_over, known_model
-from facetlog.robot.pioneer.control import Control
-from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.control import LONGEST_LEASE, Control
+from facetlog.robot.pioneer.guard import Cause, Problem
+from facetlog.robot.pioneer.limits import Limits, send_until_confirmed
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
-from facetlog.robot.pioneer.link import Link
-from facetlog.robot.pioneer.motion import LONGEST_LEASE
-from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.link import AuxLine, Link
 from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packets.configuration import CONFIGURATION_KIND, Configuration
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.packets.reports import (
+    CONFIGURATION_KIND,
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    TruePose,
+)
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pioneer.settings import send_until_confirmed
-from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState
 from facetlog.robot.pioneer.traffic import TrafficLog
 from facetlog.robot.pose2 import Pose2
-
-__all__ = ["LEASE", "Pioneer"]
 
 LEASE = LONGEST_LEASE
 """Seconds that a speed lasts: two rounds of a program that drives ten times a second, and one."""

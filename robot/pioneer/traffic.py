@@ -16,10 +16,7 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.packets.commands import command_name
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.reports import Report
-from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
-
-__all__ = ["SCHEMA", "TrafficLog", "report_name"]
+from facetlog.robot.pioneer.packets.reports import SIP_KINDS, Report
 
 SCHEMA = 1
 WAITING_LINES = 20_000

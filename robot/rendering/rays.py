@@ -8,17 +8,6 @@ from numpy.typing import NDArray
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.rendering.world import Facet, World
 
-__all__ = [
-    "BACKGROUND",
-    "FLOOR",
-    "Hits",
-    "Screen",
-    "first_hits",
-    "in_shadow",
-    "seen_by",
-    "seen_from_sun",
-]
-
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 

@@ -26,8 +26,6 @@ from facetlog.robot.rendering.rays import (
 from facetlog.robot.rendering.texture import Sheet, Texture, sample
 from facetlog.robot.rendering.world import World
 
-__all__ = ["render"]
-
 # A Fibonacci lattice (Niederreiter, Random Number Generation, 1992, section 5.3): seen along
 # either axis its points are evenly spaced, so even an upright edge is placed to 1/34 of a pixel.
 LATTICE_POINTS = 34

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Pattern", "Sheet", "Texture", "sample"]
-
 # Texels along a side of the bitmap: one period over 512 is finer than a pixel of a usual view.
 BITMAP_SIZE = 512
 # cv2.remap takes maps of at most 32,767 columns or rows: long lists of samples are folded.

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.texture import Sheet, Texture
 
-__all__ = ["Facet", "Floor", "GroundTruth", "Solid", "SolidTruth", "World"]
-
 # A corner may lie off the plane of its face by this share of the solid's size: rounding only.
 FLATNESS = 1e-9
 

@@ -1,28 +1,38 @@
-"""The whole simulated robot without I/O: firmware, head, line faults; time is an argument."""
+"""The whole simulated robot: firmware, head and line faults; without I/O, and in real time."""
 
 import math
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.simulator.body.dynamics import Body, Truth
-from facetlog.robot.simulator.body.obstacles import Obstacles
-from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.body import Body, Obstacles, Sonars, Truth
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint
 from facetlog.robot.simulator.device import Device
-from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
-from facetlog.robot.simulator.faulty_line import FaultyLine
-from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
+from facetlog.robot.simulator.firmware.drive import Drive, Odometry
 from facetlog.robot.simulator.firmware.firmware import Firmware
 from facetlog.robot.simulator.firmware.generations import default_configuration
-from facetlog.robot.simulator.firmware.servo import Odometry
-from facetlog.robot.simulator.heads.by_name import make_head
-from facetlog.robot.simulator.scene import make_scene
-from facetlog.robot.simulator.world_file import WorldSetup
+from facetlog.robot.simulator.heads.canon import CanonHead
+from facetlog.robot.simulator.heads.sony import SonyHead
+from facetlog.robot.simulator.world_file import WorldSetup, make_scene
 
-__all__ = ["Simulation", "SimulationState"]
+
+def make_head(kind: str) -> Device | None:
+    """A head of this kind at rest; None for `none`."""
+    match kind:
+        case "sony-evi-d30":
+            return SonyHead()
+        case "canon-vc-c4":
+            return CanonHead()
+        case _:
+            return None
+
 
 # Separate random streams for motion and for the line, independent of that of the pictures.
 MOTION_STREAM, LINE_STREAM = 1, 2
@@ -222,3 +232,28 @@ def _firmware(setup: WorldSetup) -> Firmware:
         position_bits=robot.position_bits,
         battery_v=robot.battery_v,
     )
+
+
+LONGEST_GAP = 2.0
+"""Seconds that the simulation catches up at once; after a longer sleep the rest is skipped."""
+
+
+class LiveSimulation:
+    """A simulation in real time behind a lock: one thread at a time sees it as it is now."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
+        self._last = 0.0
+
+    @contextmanager
+    def now(self) -> Iterator[tuple[Simulation, float]]:
+        """The simulation and its time in seconds; nobody else has it meanwhile."""
+        with self._lock:
+            passed = time.monotonic() - self._started
+            if passed - self._last > LONGEST_GAP:
+                self._started += passed - self._last - LONGEST_GAP
+                passed = self._last + LONGEST_GAP
+            self._last = passed
+            yield self._simulation, passed

@@ -1,4 +1,4 @@
-"""The world file of the simulator: TOML, every key of it documented in default_world.toml."""
+"""The world file of the simulator (TOML, documented in default_world.toml) and its scene."""
 
 import re
 from dataclasses import replace
@@ -6,31 +6,20 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.rendering.worlds import WORLDS
-from facetlog.robot.simulator.body.dynamics import MotionErrors
+from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
+from facetlog.robot.rendering.world import Solid, World
+from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
+from facetlog.robot.simulator.body import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
 from facetlog.toml_text import toml_fields
-
-__all__ = [
-    "CameraSetup",
-    "ErrorSetup",
-    "HeadSetup",
-    "MountSetup",
-    "RobotSetup",
-    "SceneSetup",
-    "SolidSetup",
-    "StartSetup",
-    "TimedFault",
-    "WorldSetup",
-    "read_world",
-]
 
 FORM = ConfigDict(extra="forbid")
 DEFAULT_WORLD = "default_world.toml"
@@ -273,3 +262,37 @@ def _line_of(text: str, place: tuple[str | int, ...]) -> int:
         if place[:length] in lines:
             return lines[place[:length]]
     return 1
+
+
+def in_metres(world: World) -> World:
+    """A world of robot/rendering/worlds.py, whose unit is the inch, with all lengths in metres."""
+    solids = tuple(solid.moved(np.eye(3), np.zeros(3), INCH) for solid in world.solids)
+    floor = world.floor
+    if floor is not None and floor.texture is not None:
+        floor = replace(floor, texture=floor.texture.scaled(INCH))
+    return replace(world, solids=solids, floor=floor)
+
+
+def make_scene(setup: SceneSetup) -> World:
+    """The world that a scene names, with the solids that it adds.
+
+    >>> [round(side, 4) for side in make_scene(SceneSetup()).solids[0].size]
+    [0.254, 0.2032, 0.1524]
+    """
+    world = in_metres(make_world(setup.world, setup.seed))
+    return replace(world, solids=world.solids + tuple(_solid(each) for each in setup.solid))
+
+
+def _solid(setup: SolidSetup) -> Solid:
+    match setup.kind, setup.size:
+        case "box", (x, y, z):
+            made = cuboid(x, y, z, albedo=setup.albedo)
+        case "pyramid", (x, y, z):
+            made = pyramid(x, y, z, albedo=setup.albedo)
+        case "cylinder", (diameter, height):
+            made = cylinder(diameter, height, albedo=setup.albedo)
+        case "wedge", (length, side):
+            made = wedge(length, side, albedo=setup.albedo)
+        case _:
+            made = prism(setup.plan, setup.size[0], name="prism", albedo=setup.albedo)
+    return placed(made, *setup.at, yaw=float(np.deg2rad(setup.yaw_deg)))

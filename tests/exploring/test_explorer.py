@@ -10,11 +10,11 @@ import pytest
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest, Needs, Open
-from facetlog.robot.collecting.keep_out import rings_round_target
 from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.run import rings_round_target
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.mount.mount import DEFAULT_MOUNT

@@ -22,11 +22,8 @@ from enum import IntEnum
 from functools import partial
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError, InputError
-from facetlog.robot.pioneer.line.dead_man import DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import DeadMan, LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
-
-__all__ = ["ERRORS", "LARGEST", "LEASE_END", "RATE", "Ask", "Say", "main"]
 
 LARGEST = 8192
 """Bytes of a message at most: twice what is read from a line at once."""

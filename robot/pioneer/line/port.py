@@ -20,7 +20,6 @@ try:
 except ModuleNotFoundError as exc:
     raise missing_extra("a robot", "pyserial", "robot") from exc
 
-__all__ = ["DEFAULT_BAUD", "DEFAULT_TCP_PORT", "Port", "SerialPort", "TcpPort", "open_port"]
 
 DEFAULT_BAUD = 9600
 """Of the robot's host port when it is switched on (Pioneer 2 manual)."""

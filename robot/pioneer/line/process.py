@@ -14,11 +14,8 @@ from collections.abc import Sequence
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
 from facetlog.python_process import importing_environment, python_module
-from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan, LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
-
-__all__ = ["LineProcess"]
 
 OWNER = "facetlog.robot.pioneer.line.owner"
 START_TIMEOUT = 30.0

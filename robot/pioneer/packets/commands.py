@@ -9,17 +9,6 @@ from enum import IntEnum
 
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
-__all__ = [
-    "LARGEST_TEXT",
-    "Command",
-    "argument_of",
-    "command_name",
-    "integer_command",
-    "plain_command",
-    "text_command",
-    "wheels_command",
-]
-
 POSITIVE, NEGATIVE, TEXT = 0x3B, 0x1B, 0x2B
 LARGEST_INTEGER = 65535
 LARGEST_TEXT = 195

@@ -13,13 +13,10 @@ from multiprocessing.connection import Connection
 
 from facetlog.one_thread import ONE_THREAD
 from facetlog.python_process import importing_environment, python_module
-from facetlog.robot.simulator.camera.exposure import smear_px
-from facetlog.robot.simulator.camera.process import opening_message, viewpoints_message
+from facetlog.robot.simulator.camera.process import opening_message, smear_px, viewpoints_message
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
-from facetlog.robot.simulator.serving.live import LiveSimulation
+from facetlog.robot.simulator.simulation import LiveSimulation
 from facetlog.robot.simulator.world_file import WorldSetup
-
-__all__ = ["Camera", "Shot"]
 
 LATEST = 0.5
 """Seconds after its exposure that a picture is still sent if the camera has moved since."""

@@ -10,8 +10,6 @@ import numpy as np
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
 
-__all__ = ["Viewpoint", "camera_of", "camera_pose"]
-
 # From OpenCV's camera (x right, y down, z along the view) to x along the view, y left, z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 

@@ -1,34 +1,223 @@
-"""The simulated firmware: commands in, motion and reports out; without I/O, time is an argument."""
+"""The simulated firmware: handshake, commands, reports, AUX ports; no I/O, time is an argument."""
 
+import math
 import struct
 from dataclasses import dataclass, field
 
 from facetlog.robot.pioneer.packets.commands import Command, argument_of
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet, PacketError
-from facetlog.robot.pioneer.packets.reports import InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.server_information import MOVING, STOPPED, ServerInformation
-from facetlog.robot.simulator.body.dynamics import STEP
-from facetlog.robot.simulator.body.sonar import Sonars
-from facetlog.robot.simulator.firmware.aux_port import (
-    BAUD_RATES,
-    REQUESTING,
-    SENDING,
-    SPEEDS,
-    AuxPort,
-    aux_ports,
+from facetlog.robot.pioneer.packets.reports import (
+    MOVING,
+    STOPPED,
+    TAIL,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    ServerInformation,
 )
-from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.simulator.body import STEP, Body, MotionErrors, Sonars, Truth
+from facetlog.robot.simulator.device import Device
+from facetlog.robot.simulator.firmware.drive import Drive, Odometry
 from facetlog.robot.simulator.firmware.generations import Generation, generation_of, tail_length
-from facetlog.robot.simulator.firmware.handshake import Handshake
-from facetlog.robot.simulator.firmware.report_fields import (
-    encoders,
-    flags,
-    motion_fields,
-    tail,
-    true_pose_packet,
-)
 
-__all__ = ["BOOT_SECONDS", "Firmware"]
+BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
+"""By the code that the AUX1BAUD and HOSTBAUD commands carry."""
+BUFFER = 256
+"""Bytes that a port buffers until they are requested; later ones are lost."""
+LARGEST_REQUEST = 200
+"""Bytes that one GETAUX can request on P2OS (Pioneer 2 manual, page 48)."""
+
+
+@dataclass(slots=True)
+class AuxPort:
+    """One port: bytes go out to a device at once, and come in when a client requests so many."""
+
+    report: Report
+    device: Device | None = None
+    device_baud: int = BAUD_RATES[0]
+    baud: int = BAUD_RATES[0]
+    silent: bool = False
+    """Whether the device neither hears nor answers, as one without power."""
+    _came: bytearray = field(default_factory=bytearray, init=False)
+    _wanted: int = field(default=0, init=False)
+
+    def send(self, data: bytes, now: float) -> None:
+        """Bytes from the client to the device, which ignores them at the wrong baud rate."""
+        if self.device is not None and not self.silent and self.baud == self.device_baud:
+            self.device.receive(data, now)
+
+    def request(self, count: int) -> None:
+        """GETAUX: 0 clears the buffer and the request, else so many bytes are requested."""
+        if count == 0:
+            self._came.clear()
+        self._wanted = min(count, LARGEST_REQUEST)
+
+    def set_baud(self, code: int) -> None:
+        """AUX1BAUD and its like; codes that mean no speed are ignored."""
+        if 0 <= code < len(BAUD_RATES):
+            self.baud = BAUD_RATES[code]
+
+    def reset(self) -> None:
+        """As after power-on."""
+        self._came.clear()
+        self._wanted, self.baud = 0, BAUD_RATES[0]
+
+    def poll(self, now: float) -> Packet | None:
+        """Receives the device's bytes; returns the requested report, once it is complete."""
+        if self.device is not None:
+            said = self.device.pending(now)
+            if not self.silent and self.baud == self.device_baud:
+                self._came += said[: BUFFER - len(self._came)]
+        if not self._wanted or len(self._came) < self._wanted:
+            return None
+        packet = Packet(self.report, bytes(self._came[: self._wanted]))
+        del self._came[: self._wanted]
+        self._wanted = 0
+        return packet
+
+
+def aux_ports() -> tuple[AuxPort, AuxPort, AuxPort]:
+    """The three ports, with nothing on them."""
+    return AuxPort(Report.SERAUX), AuxPort(Report.SERAUX2), AuxPort(Report.SERAUX3)
+
+
+SENDING = {Command.TTY2: 0, Command.TTY3: 1, Command.TTY4: 2}
+REQUESTING = {Command.GETAUX: 0, Command.GETAUX2: 1, Command.GETAUX3: 2}
+SPEEDS = {Command.AUX1BAUD: 0, Command.AUX2BAUD: 1}
+"""Commands by the port that they are for."""
+
+
+SYNCHRONISED = 3
+"""How many of SYNC0, SYNC1 and SYNC2 a client must have sent, in their order."""
+
+
+@dataclass(slots=True)
+class Handshake:
+    """Answers packets while no session is open; OPEN after the three SYNCs opens one.
+
+    OPEN has the number of SYNC1, CLOSE that of SYNC2 and PULSE that of SYNC0: the meaning depends
+    on the packets before.
+    """
+
+    names: Names
+    _next: int = field(default=0, init=False)
+
+    def reset(self) -> None:
+        """Back to the beginning, as after CLOSE."""
+        self._next = 0
+
+    def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
+        """The answer to a packet, and whether it opened a session.
+
+        A SYNC out of order is answered with 0xFF, and the client has to start again. The previous
+        one may be repeated, for its echo may have been lost. Anything else is echoed (Pioneer 2
+        manual, page 41).
+        """
+        if self._next == SYNCHRONISED and packet.kind == Command.OPEN:
+            self.reset()
+            return (), True
+        if packet.kind > Report.SYNC2:
+            return (packet,), False
+        if packet.payload:  # a SYNC has none: it is an OPEN or CLOSE that came too early
+            self.reset()
+            return (), False
+        if packet.kind == Report.SYNC0 or packet.kind in (self._next, self._next - 1):
+            self._next = packet.kind + 1
+            return (self._echo(packet.kind),), False
+        self.reset()
+        return (Packet(Report.RESET_2),), False
+
+    def _echo(self, number: int) -> Packet:
+        return self.names.to_packet() if number == Report.SYNC2 else Packet(number)
+
+
+MOTORS_ON, FRONT_SONAR, REAR_SONAR, STOP_BUTTON = 1 << 0, 1 << 1, 1 << 2, 1 << 5
+"""Bits of the flags (Pioneer 3 manual, table 8)."""
+LARGEST_I16 = 0x7FFF
+HAS_ODOMETRY_ERROR = 1 << 2
+ERROR_UNIT = 1e-7
+NO_TEMPERATURE = -127
+
+
+def motion_fields(
+    parameters: Parameters, body: Body, odometry: Odometry, commanded: float | None, bits: int
+) -> dict[str, int]:
+    """Place, heading, wheels' speeds and the commanded heading, as a SIP has them.
+
+    The place wraps around after so many `bits`; without a commanded heading the present one is
+    used.
+    """
+    mask = (1 << bits) - 1
+    half = body.turning * body.track / 2
+    aimed = odometry.heading if commanded is None else math.remainder(commanded, 2 * math.pi)
+    return {
+        "x": round(odometry.x / parameters.distance) & mask,
+        "y": round(odometry.y / parameters.distance) & mask,
+        "heading": _i16(odometry.heading / parameters.angle),
+        "left": _i16((body.speed - half) / parameters.speed),
+        "right": _i16((body.speed + half) / parameters.speed),
+        "control": _i16(aimed / parameters.angle),
+    }
+
+
+def flags(*, motors: bool, sonars: int, stop_button: bool) -> int:
+    """State bits of AROS and ARCOS; `sonars` is how many are switched on."""
+    return (
+        MOTORS_ON * motors
+        | FRONT_SONAR * (sonars > 0)
+        | REAR_SONAR * (sonars > 8)
+        | STOP_BUTTON * stop_button
+    )
+
+
+def tail(count: int, *, turning: float, battery_v: float, digital_out: int) -> dict[str, int]:
+    """The first `count` fields behind the sonar readings."""
+    known = {
+        "digital_in": 0xFF,
+        "digital_out": digital_out,
+        "battery_10": round(10 * battery_v),
+        "turning": _i16(10 * math.degrees(turning)),
+        "temperature": NO_TEMPERATURE,
+    }
+    return {name: known.get(name, 0) for name, _ in TAIL[:count]}
+
+
+def encoders(body: Body, ticks_mm: int) -> Encoders:
+    """What both wheels' encoders have counted since power-on, in 32 bits."""
+    left, right = (round(1e3 * way * ticks_mm) for way in (body.left, body.right))
+    return Encoders(_wrapped(left), _wrapped(right))
+
+
+def true_pose_packet(truth: Truth, errors: MotionErrors, interval_ms: int) -> Packet:
+    """The true pose (SIM_STAT): millimetres and whole degrees, in AMRISim's layout.
+
+    Two empty strings, flags, three intervals in ms, x, y, z and heading, latitude, longitude and
+    altitude with their uncertainty (-1: none), and the errors of odometry as shares.
+    """
+    th = round(math.degrees(truth.heading))
+    return Packet(
+        Report.SIM_STAT,
+        b"\0\0"
+        + struct.pack("<IHHH", HAS_ODOMETRY_ERROR, interval_ms, interval_ms, interval_ms)
+        + struct.pack("<iiii", round(1e3 * truth.x), round(1e3 * truth.y), 0, th)
+        + struct.pack("<iiii", 0, 0, 0, -1)
+        + struct.pack("<iii", *(_error(e) for e in (errors.left, errors.right, errors.track))),
+    )
+
+
+def _error(share: float) -> int:
+    return round(share / ERROR_UNIT)
+
+
+def _i16(value: float) -> int:
+    return max(-LARGEST_I16, min(LARGEST_I16, round(value)))
+
+
+def _wrapped(count: int) -> int:
+    return (count + (1 << 31)) % (1 << 32) - (1 << 31)
+
 
 LARGEST_COMMAND = 200
 """Count byte of a command above which it is ignored (manual of 1999, page 26)."""

@@ -6,10 +6,8 @@ PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller), A
 import math
 from enum import IntEnum
 
-from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, SIMULATOR, Configuration
+from facetlog.robot.pioneer.packets.reports import AUTOBAUD, SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
-
-__all__ = ["Generation", "default_configuration", "generation_of", "tail_length"]
 
 ROBOT_CLASS = "Pioneer"
 # The robots whose controller was exchanged for the one that AROS was written for.

@@ -13,21 +13,20 @@ from typing import Final
 
 from facetlog.robot.head.canon import (
     END,
+    VC_C4,
     Answer,
     CanonCommand,
     CanonError,
+    CanonModel,
     CanonSyntaxError,
     angle_text,
+    angles_of,
     hexadecimal,
     number,
     parse_command,
     position_of,
 )
-from facetlog.robot.head.canon_models import VC_C4, CanonModel, angles_of
-from facetlog.robot.simulator.heads.serial_out import SerialOut
-from facetlog.robot.simulator.heads.slew import Slew
-
-__all__ = ["CanonHead"]
+from facetlog.robot.simulator.device import SerialOut, Slew
 
 HEADER = 0xFF
 LONGEST_FRAME = 32

@@ -18,10 +18,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from facetlog.robot.simulator.camera.camera import Camera
 from facetlog.robot.simulator.faults import Fault
-from facetlog.robot.simulator.serving.address import bound, host_and_port
-from facetlog.robot.simulator.serving.live import LiveSimulation
-
-__all__ = ["Web"]
+from facetlog.robot.simulator.serving.endpoints import bound, host_and_port
+from facetlog.robot.simulator.simulation import LiveSimulation
 
 STATE_SCHEMA = 1
 BOUNDARY = "picture"

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
+from facetlog.robot.collecting.simulated_robot import coasts_when_cut, with_line
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.simulator.firmware.generations import default_configuration
 
 FAULT = DeviceTimeout("the camera head does not answer: check that it has power")

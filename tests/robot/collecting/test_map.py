@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 from facetlog.perception.types import Camera, Image
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.drawing.map_labels import Box, placed
-from facetlog.robot.collecting.drawing.map_picture import (
+from facetlog.robot.collecting.map_picture import (
     MARGIN_PX,
     RIM,
     ROBOT,
     SEEN,
     SIGHT,
     TARGET,
+    Box,
     Entry,
     Floor,
     _Canvas,
@@ -27,7 +26,10 @@ from facetlog.robot.collecting.drawing.map_picture import (
     _in_rows,
     _robot,
     _size,
+    floor_in_view,
+    looked_at,
     map_png,
+    placed,
 )
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.route import Circle

@@ -9,8 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.head.canon import CanonCommand, command_to_bytes, hexadecimal, move
-from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
+from facetlog.robot.head.canon import (
+    VC_C4,
+    VC_C50I,
+    CanonCommand,
+    CanonModel,
+    command_to_bytes,
+    hexadecimal,
+    move,
+)
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.simulator.heads.canon import CanonHead

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from facetlog.errors import InputError
 from facetlog.robot.byte_line import PortLine
-from facetlog.robot.head.canon_models import COUNTS_PER_DEGREE, REACH, angles_of, counts_of
+from facetlog.robot.head.canon import COUNTS_PER_DEGREE, REACH, angles_of, counts_of
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import HEAD_KINDS, open_head
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30

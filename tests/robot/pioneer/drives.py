@@ -8,8 +8,7 @@ from dataclasses import replace
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packets.commands import Command, command_name
-from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.state import RobotState
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot

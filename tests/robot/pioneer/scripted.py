@@ -8,12 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from facetlog.robot.pioneer.packets.commands import Command, argument_of
-from facetlog.robot.pioneer.packets.configuration import Configuration
-from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.receiver import Receiver
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
-from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.packets.packet import Packet, Receiver
+from facetlog.robot.pioneer.packets.reports import (
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    ServerInformation,
+    SonarReading,
+    TruePose,
+)
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pose2 import Pose2
 

@@ -5,8 +5,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
+from facetlog.robot.pioneer.control import LONGEST_LEASE, WATCHDOG, Motion
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.motion import LONGEST_LEASE, WATCHDOG, Motion
 from facetlog.robot.pioneer.packets.commands import Command, argument_of
 
 ACTIONS = st.one_of(

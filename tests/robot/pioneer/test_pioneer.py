@@ -17,11 +17,11 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause, Problem
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
 pytestmark = pytest.mark.usefixtures("quick")

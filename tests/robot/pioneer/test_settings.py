@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.limits import Limits, limit_settings, send_until_confirmed
 from facetlog.robot.pioneer.packets.commands import command_name
-from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.settings import limit_settings, send_until_confirmed
+from facetlog.robot.pioneer.packets.reports import Configuration
 from tests.robot.pioneer.scripted import CONFIGURATION
 
 OWN = limit_settings(Limits(), CONFIGURATION)

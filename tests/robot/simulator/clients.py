@@ -6,12 +6,10 @@ import numpy as np
 
 from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
+from facetlog.robot.pioneer.packets.reports import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.body.dynamics import Body, MotionErrors, Truth
-from facetlog.robot.simulator.body.obstacles import Obstacles
-from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars, Truth
 from facetlog.robot.simulator.firmware.drive import Drive
 from facetlog.robot.simulator.firmware.firmware import Firmware
 from facetlog.robot.simulator.firmware.generations import default_configuration

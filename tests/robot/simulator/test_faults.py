@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.server_information import ServerInformation
-from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
-from facetlog.robot.simulator.faulty_line import FaultyLine
+from facetlog.robot.pioneer.packets.reports import ServerInformation
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import (
     HeadSetup,

@@ -23,8 +23,8 @@ from facetlog.robot.pioneer.packets.commands import Command, integer_command, pl
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.simulator.serving import web
 from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
-from facetlog.robot.simulator.serving.server import ActiveClient
 from facetlog.robot.simulator.simulation import Simulation
+from facetlog.robot.simulator.station import ActiveClient
 from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
 from tests.patience import allowed
 from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until

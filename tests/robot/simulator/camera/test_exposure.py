@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from facetlog.robot.rendering.render import render
-from facetlog.robot.simulator.camera.exposure import Exposures, smear_px
+from facetlog.robot.simulator.camera.process import Exposures, smear_px
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
-from facetlog.robot.simulator.scene import make_scene
-from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, SceneSetup
+from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, SceneSetup, make_scene
 
 SCENE, MOUNT = make_scene(SceneSetup()), MountSetup()
 SMALL = CameraSetup(width=160, height=120, noise=0.0, blur=0.5)

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.packets.commands import Command, wheels_command
-from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.simulator.body.dynamics import Truth
+from facetlog.robot.pioneer.packets.reports import Configuration
+from facetlog.robot.simulator.body import Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 ACCELERATION = 0.3  # m/s², of the firmware as it comes

@@ -9,12 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.packets.commands import Command, integer_command, text_command
-from facetlog.robot.pioneer.packets.configuration import Configuration
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
-from facetlog.robot.pioneer.packets.server_information import ServerInformation
+from facetlog.robot.pioneer.packets.reports import (
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    ServerInformation,
+)
 from facetlog.robot.rendering.solids import cuboid, placed
-from facetlog.robot.simulator.body.dynamics import MotionErrors, Truth
+from facetlog.robot.simulator.body import MotionErrors, Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 

@@ -7,8 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.head.canon import (
+    VC_C4,
+    VC_C50I,
     CanonCommand,
     CanonError,
+    CanonModel,
     command_to_bytes,
     hexadecimal,
     move,
@@ -16,7 +19,6 @@ from facetlog.robot.head.canon import (
     position_of,
     tilt_range,
 )
-from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
 from facetlog.robot.simulator.heads.canon import MIDDLE_S, SWITCHING_S, CanonHead
 
 OK, BUSY, WRONG, MODE = (f"FE 30 30 {error} 30 EF" for error in ("30", "31", "35", "39"))

@@ -9,8 +9,12 @@ import pytest
 import serial
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.robot.simulator.serving.address import host_and_port
-from facetlog.robot.simulator.serving.endpoints import UNDER_WAY, PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.serving.endpoints import (
+    UNDER_WAY,
+    PtyEndpoint,
+    TcpEndpoint,
+    host_and_port,
+)
 from tests.patience import allowed
 
 OPTION = "--listen"

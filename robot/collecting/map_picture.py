@@ -8,7 +8,7 @@ Lines end with the map, so that none crosses the words about it.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,15 +16,117 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.drawing.map_labels import Box, placed
 from facetlog.robot.collecting.record import Taken, write_file
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MAP_FILE", "Floor", "Found", "Mapped", "map_png"]
+# Places along each side of the picture at which it is asked where it shows the floor.
+PLACES = 65
+
+
+def floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
+    """The outline (n, 2) on the floor (z = 0) of what a picture shows of it up to `far` metres.
+
+    Empty if it shows none of it so near. What stands on the floor is not looked at, and no lens.
+    """
+    heights = np.linspace(camera.height - 0.5, -0.5, PLACES)
+    left = _on_floor(pose, camera, np.full(PLACES, -0.5), heights, far)
+    right = _on_floor(pose, camera, np.full(PLACES, camera.width - 0.5), heights, far)
+    return np.concatenate([left, right[::-1]])
+
+
+def looked_at(pose: Pose, camera: Camera, far: float) -> FloatArray:
+    """Where (2,) the line of sight of the picture's middle meets the floor, or is at `far`."""
+    u, v = (camera.width - 1) / 2, (camera.height - 1) / 2
+    found = _on_floor(pose, camera, np.array([u]), np.array([v]), far)
+    if len(found):
+        return np.asarray(found[0])
+    ahead = pose.rotation[:2, 2]
+    return np.asarray(pose.centre[:2] + far * ahead / max(float(np.hypot(*ahead)), 1e-9))
+
+
+def _on_floor(pose: Pose, camera: Camera, u: FloatArray, v: FloatArray, far: float) -> FloatArray:
+    """Where (k, 2) the rays of pixels meet the floor no farther than that, of those that do."""
+    ahead = np.ones(len(u))
+    rays = np.column_stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, ahead])
+    directions = rays @ pose.rotation.T
+    down = directions[:, 2] < 0
+    # c + t d with z = 0
+    times = pose.centre[2] / -directions[down, 2]
+    places = pose.centre[:2] + times[:, None] * directions[down, :2]
+    near = np.hypot(*(places - pose.centre[:2]).T) <= far
+    return np.asarray(places[near])
+
+
+# Pixels from a label's anchor to its middle, from near to far, and the directions that are tried.
+DISTANCES = (16, 24, 34, 46, 60, 80, 105, 135)
+DIRECTIONS = 16
+GAP = 2  # pixels between two labels
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle of pixels: its upper left corner, width and height."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+    def shared(self, other: "Box") -> float:
+        """The area that both have, a gap about each included."""
+        width = min(self.left + self.width, other.left + other.width) - max(self.left, other.left)
+        height = min(self.top + self.height, other.top + other.height) - max(self.top, other.top)
+        return max(width + GAP, 0.0) * max(height + GAP, 0.0)
+
+    def outside(self, width: float, height: float) -> float:
+        """How many pixels it is beyond a picture's border."""
+        right, bottom = self.left + self.width - width, self.top + self.height - height
+        return max(-self.left, 0.0) + max(-self.top, 0.0) + max(right, 0.0) + max(bottom, 0.0)
+
+
+def placed(
+    anchors: Sequence[tuple[float, float]],
+    sizes: Sequence[tuple[float, float]],
+    drawn: Iterable[Box],
+    picture: tuple[float, float],
+) -> list[Box]:
+    """A box of each size near its anchor, clear of what is `drawn` and of the boxes before it.
+
+    Where no place near it is clear, the one that covers least.
+    """
+    taken = list(drawn)
+    boxes = []
+    for anchor, size in zip(anchors, sizes, strict=True):
+        best, least = None, math.inf
+        for box in _candidates(anchor, size):
+            cost = box.outside(*picture) * size[0] * size[1] + sum(
+                box.shared(other) for other in taken
+            )
+            if cost < least:
+                best, least = box, cost
+            if cost == 0:
+                break
+        assert best is not None  # noqa: S101 - there are candidates, and each has a finite cost
+        boxes.append(best)
+        taken.append(best)
+    return boxes
+
+
+def _candidates(anchor: tuple[float, float], size: tuple[float, float]) -> Iterable[Box]:
+    (x, y), (width, height) = anchor, size
+    for distance in DISTANCES:
+        for k in range(DIRECTIONS):
+            # First up and to the right, where a number is looked for.
+            angle = math.pi / 4 + 2 * math.pi * k / DIRECTIONS
+            dx, dy = math.cos(angle), -math.sin(angle)
+            # Long words keep off by half their length where they lie beside.
+            middle_x = x + dx * (distance + width / 2 - height / 2)
+            middle_y = y + dy * distance
+            yield Box(middle_x - width / 2, middle_y - height / 2, width, height)
+
 
 MAP_FILE = "map.png"
 
