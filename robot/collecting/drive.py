@@ -23,7 +23,7 @@ from facetlog.robot.collecting.steering import (
     Pace,
     Progress,
     along,
-    towards_heading,
+    turn_to_heading,
 )
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
@@ -173,7 +173,7 @@ class Robot(Protocol):
         """What stopped it and still blocks driving; the text is for people."""
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
-        """Moves for as long as the lease, m/s and rad/s."""
+        """Move for as long as the lease, m/s and rad/s."""
 
     def stop(self) -> None:
         """Stops."""
@@ -224,7 +224,7 @@ class MobileBase:
         return self.start.compose(state.pose)
 
     def follow(self, route: Route) -> None:
-        """Drives along a route and stops at its end.
+        """Drive along a route and stop at its end.
 
         DeviceError if something stops or holds the robot, DeviceTimeout if it takes far too long
         or its reports cease; a stop is commanded first in any case.
@@ -240,8 +240,8 @@ class MobileBase:
         self._drive(steer, route_length(route) / self._pace.speed + corners)
 
     def turn_to(self, heading: float) -> None:
-        """Turns on the spot to a heading in the world; errors as of `follow`."""
-        self._drive(lambda here: towards_heading(here, heading, self._pace), 0.0)
+        """Turn on the spot to a heading in the world; errors as of `follow`."""
+        self._drive(lambda here: turn_to_heading(here, heading, self._pace), 0.0)
 
     def stand(self, settle: float) -> RobotView:
         """The report after the robot has stood still for `settle` seconds.

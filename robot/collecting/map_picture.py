@@ -26,28 +26,30 @@ from facetlog.robot.pose2 import Pose2
 PLACES = 65
 
 
-def floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
+def find_floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
     """The outline (n, 2) on the floor (z = 0) of what a picture shows of it up to `far` metres.
 
     Empty if it shows none of it so near. What stands on the floor is not looked at, and no lens.
     """
     heights = np.linspace(camera.height - 0.5, -0.5, PLACES)
-    left = _on_floor(pose, camera, np.full(PLACES, -0.5), heights, far)
-    right = _on_floor(pose, camera, np.full(PLACES, camera.width - 0.5), heights, far)
+    left = _intersect_floor(pose, camera, np.full(PLACES, -0.5), heights, far)
+    right = _intersect_floor(pose, camera, np.full(PLACES, camera.width - 0.5), heights, far)
     return np.concatenate([left, right[::-1]])
 
 
 def looked_at(pose: Pose, camera: Camera, far: float) -> FloatArray:
     """Where (2,) the line of sight of the picture's middle meets the floor, or is at `far`."""
     u, v = (camera.width - 1) / 2, (camera.height - 1) / 2
-    found = _on_floor(pose, camera, np.array([u]), np.array([v]), far)
+    found = _intersect_floor(pose, camera, np.array([u]), np.array([v]), far)
     if len(found):
         return np.asarray(found[0])
     ahead = pose.rotation[:2, 2]
     return np.asarray(pose.centre[:2] + far * ahead / max(float(np.hypot(*ahead)), 1e-9))
 
 
-def _on_floor(pose: Pose, camera: Camera, u: FloatArray, v: FloatArray, far: float) -> FloatArray:
+def _intersect_floor(
+    pose: Pose, camera: Camera, u: FloatArray, v: FloatArray, far: float
+) -> FloatArray:
     """Where (k, 2) the rays of pixels meet the floor no farther than that, of those that do."""
     ahead = np.ones(len(u))
     rays = np.column_stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, ahead])
@@ -207,7 +209,7 @@ class _Canvas:
         return self.image[self.above : -MARGIN_PX, MARGIN_PX:-MARGIN_PX]
 
     def clip(self) -> None:
-        """Takes away what reaches into the margins."""
+        """Take away what reaches into the margins."""
         kept = self.inner.copy()
         self.image[:] = PAPER
         self.inner[:] = kept
@@ -230,7 +232,7 @@ class Mapped:
     optics: Optics
 
     def draw(self, folder: Path, found: Sequence[Found] = ()) -> None:
-        """Draws it, with what was recognised; InputError where it cannot be written."""
+        """Draw it, with what was recognised; InputError where it cannot be written."""
         data = map_png(self.path, self.taken, self.floor, self.optics, found)
         write_file(folder / MAP_FILE, data)
 
@@ -245,9 +247,9 @@ def map_png(
     """The map as PNG; `path` are the robot's places in the world, in order."""
     legend = _entries(len(taken), floor, found=bool(found))
     canvas = _Canvas(_places(path, taken, floor, found), legend)
-    most = _seen(canvas, taken, optics)
-    _grid(canvas)
-    _circles(canvas, floor)
+    most = _colour_seen_floor(canvas, taken, optics)
+    _draw_grid(canvas)
+    _draw_circles(canvas, floor)
     for view in taken:
         place = (float(view.pose.centre[0]), float(view.pose.centre[1]))
         x, y = looked_at(view.pose, optics.camera, canvas.reach).tolist()
@@ -262,12 +264,12 @@ def map_png(
             canvas.image, canvas.at(x, y), MISSED, cv2.MARKER_TILTED_CROSS, 14, 2, SMOOTH
         )
     for view in taken:
-        _ellipse(canvas, view)
+        _draw_ellipse(canvas, view)
     drawn = [box for view in taken for box in _robot(canvas, view, floor.robot_radius)]
     canvas.clip()
-    _coordinates(canvas)
-    _words(canvas, taken, found, drawn)
-    _legend(canvas, most)
+    _draw_coordinates(canvas)
+    _draw_words(canvas, taken, found, drawn)
+    _draw_legend(canvas, most)
     _, data = cv2.imencode(".png", canvas.image)
     return data.tobytes()
 
@@ -285,7 +287,7 @@ def _places(
     return np.array(places or [(0.0, 0.0)], dtype=np.float64)
 
 
-def _grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
+def _list_grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
     """Lines at every half metre (of large floors fewer): axis, coordinate, and both ends."""
     span = float(max(canvas.high - canvas.low))
     step = 0.5 * max(1, math.ceil(span / 8))
@@ -297,20 +299,20 @@ def _grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
             yield axis, k * step, canvas.at(*low), canvas.at(*high)
 
 
-def _grid(canvas: _Canvas) -> None:
-    for _, _, a, b in _grid_lines(canvas):
+def _draw_grid(canvas: _Canvas) -> None:
+    for _, _, a, b in _list_grid_lines(canvas):
         cv2.line(canvas.image, a, b, GRID, 1, SMOOTH)
 
 
-def _coordinates(canvas: _Canvas) -> None:
+def _draw_coordinates(canvas: _Canvas) -> None:
     """The coordinates of the grid's lines at the rim."""
-    for axis, value, (u, v), _ in _grid_lines(canvas):
+    for axis, value, (u, v), _ in _list_grid_lines(canvas):
         canvas.word(f"{value:g}", (u - 10, v + 20) if axis == 0 else (u - 45, v + 5))
     corner = canvas.at(*canvas.high.tolist())
     canvas.word("metres", (corner[0] - 60, canvas.image.shape[0] - 15))
 
 
-def _circles(canvas: _Canvas, floor: Floor) -> None:
+def _draw_circles(canvas: _Canvas, floor: Floor) -> None:
     for circle in floor.closed:
         radius = round(circle.radius * canvas.scale)
         cv2.circle(canvas.image, canvas.at(circle.x, circle.y), radius, CLOSED, 3, SMOOTH)
@@ -319,11 +321,11 @@ def _circles(canvas: _Canvas, floor: Floor) -> None:
         cv2.drawMarker(canvas.image, place, TARGET, cv2.MARKER_CROSS, 22, 2, SMOOTH)
 
 
-def _seen(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
-    """Colours the floor by how many pictures show it; the largest number of them."""
+def _colour_seen_floor(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
+    """Colour the floor by how many pictures show it; the largest number of them."""
     count = np.zeros(canvas.image.shape[:2], dtype=np.int32)
     for view in taken:
-        outline = floor_in_view(view.pose, optics.camera, canvas.reach)
+        outline = find_floor_in_view(view.pose, optics.camera, canvas.reach)
         if len(outline):
             shown = np.zeros(count.shape, dtype=np.uint8)
             pixels = np.array([canvas.at(x, y) for x, y in outline.tolist()], dtype=np.int32)
@@ -364,7 +366,7 @@ def _along(one: FloatArray, other: FloatArray) -> list[Box]:
     ]
 
 
-def _words(
+def _draw_words(
     canvas: _Canvas, taken: Sequence[Taken], found: Sequence[Found], drawn: list[Box]
 ) -> None:
     """The views' numbers and what was recognised, clear of one another, with lines to them."""
@@ -389,7 +391,7 @@ def _words(
         canvas.word(text, (round(box.left), round(box.top + box.height)), WORD)
 
 
-def _ellipse(canvas: _Canvas, view: Taken) -> None:
+def _draw_ellipse(canvas: _Canvas, view: Taken) -> None:
     """Two standard deviations of the pinhole's place over the floor."""
     values, vectors = np.linalg.eigh(view.covariance[:2, :2])
     axes = ELLIPSE_SDS * np.sqrt(np.maximum(values, 0.0)) * canvas.scale
@@ -441,7 +443,7 @@ def _in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry
     return rows
 
 
-def _legend(canvas: _Canvas, most: int) -> None:
+def _draw_legend(canvas: _Canvas, most: int) -> None:
     for x, y, (text, colour, sign) in canvas.legend:
         if colour == SEEN:
             if not most:

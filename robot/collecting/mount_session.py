@@ -50,12 +50,12 @@ class BoardRig:
     radius: float
 
 
-def stations_before(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
+def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
     """Where the robot stands to see a board at (x, y, …), itself at the origin facing along x.
 
     No part of a robot of this radius comes within half a metre of the board.
 
-    >>> [round(pose.x, 2) for pose in stations_before(np.array([1.5, 0.0]), 0.25)]
+    >>> [round(pose.x, 2) for pose in plan_stations(np.array([1.5, 0.0]), 0.25)]
     [0.0, 0.0, 0.0, 0.4, 0.4, 0.4, 0.2]
     """
     far = math.hypot(board[0], board[1])
@@ -78,8 +78,8 @@ def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sig
     first, gaze = _search(rig, report)
     place = _placed(rig, state, first, gaze)
     start = rig.base.place(state)
-    report(f"the board is {math.hypot(*_off(place, start)):.2f} m away")
-    stations = stations_before(np.array(_off(place, start)), rig.radius)
+    report(f"the board is {math.hypot(*_measure_offset(place, start)):.2f} m away")
+    stations = plan_stations(np.array(_measure_offset(place, start)), rig.radius)
     for number, station in enumerate(stations):
         at = start.compose(station)
         here = rig.base.place(rig.base.state)
@@ -146,7 +146,7 @@ def _placed(rig: BoardRig, state: RobotView, corners: Corners, gaze: Gaze) -> Po
     return place
 
 
-def _off(place: Pose, start: Pose2) -> tuple[float, float]:
+def _measure_offset(place: Pose, start: Pose2) -> tuple[float, float]:
     """The board's corner on the floor, as seen from a place."""
     there = start.between(Pose2(float(place.centre[0]), float(place.centre[1]), 0.0))
     return there.x, there.y

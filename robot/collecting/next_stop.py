@@ -16,7 +16,7 @@ from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
 from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
+from facetlog.robot.collecting.ring_views import PLACES, Candidate, list_ring_candidates
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
@@ -34,7 +34,7 @@ OUTSIDE = 0.01
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Around:
-    """The rings round a target (3,), for a robot that stands at `here`: see `ring_candidates`."""
+    """The rings round a target (3,), for a robot at `here`: see `list_ring_candidates`."""
 
     target: FloatArray
     radius: float
@@ -47,7 +47,7 @@ class Around:
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
         """The views that can be taken from here, as view `number`."""
-        return ring_candidates(
+        return list_ring_candidates(
             self.target, self.radius, self.first, number, self.here, self.reach, self.pace
         )
 

@@ -48,7 +48,7 @@ def bearing(target: FloatArray, place: Sequence[float] | FloatArray) -> float:
     return math.atan2(float(place[1] - target[1]), float(place[0] - target[0]))
 
 
-def ring_candidates(
+def list_ring_candidates(
     target: FloatArray,
     radius: float,
     first: float,

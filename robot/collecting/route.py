@@ -68,7 +68,7 @@ def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Rou
     shrunk = tuple(
         Circle(c.x, c.y, min(c.radius, c.distance(start), c.distance(end))) for c in circles
     )
-    corners, between = _graph(shrunk)
+    corners, between = _build_graph(shrunk)
     ends = np.array([start, end])
     to_corners = _free(np.repeat(ends, len(corners), axis=0), np.tile(corners, (2, 1)), shrunk)
     straight = bool(_free(ends[:1], ends[1:], shrunk)[0])
@@ -97,10 +97,10 @@ def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Rou
 
 
 @lru_cache(maxsize=256)
-def _graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
+def _build_graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
     """Corners (n, 2) of all polygons, and the lengths (n, n) of the free lines between them."""
     corners = np.concatenate(
-        [_corners(c) for c in circles if c.radius > TOUCH] or [np.empty((0, 2))]
+        [_list_corners(c) for c in circles if c.radius > TOUCH] or [np.empty((0, 2))]
     )
     count = len(corners)
     first, second = np.triu_indices(count, 1)
@@ -112,7 +112,7 @@ def _graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
     return corners, lengths + lengths.T
 
 
-def _corners(circle: Circle) -> FloatArray:
+def _list_corners(circle: Circle) -> FloatArray:
     angles = 2 * np.pi * np.arange(CORNERS) / CORNERS
     return np.column_stack(
         [circle.x + circle.radius * np.cos(angles), circle.y + circle.radius * np.sin(angles)]
@@ -127,7 +127,7 @@ def _free(a: FloatArray, b: FloatArray, circles: tuple[Circle, ...]) -> NDArray[
     lines = shapely.linestrings(np.stack([a, b], axis=1))
     for circle in circles:
         if circle.radius > TOUCH:
-            inner = shapely.polygons(_corners(circle)).buffer(-TOUCH)
+            inner = shapely.polygons(_list_corners(circle)).buffer(-TOUCH)
             shapely.prepare(inner)
             free &= ~shapely.intersects(inner, lines)
     return free
@@ -146,15 +146,15 @@ def short_order(
     >>> short_order((0.0, 0.0), [(3.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
     (1, 2, 0)
     """
-    lengths = _lengths([start, *places], circles)
+    lengths = _measure_lengths([start, *places], circles)
     order, left = [0], set(range(1, len(places) + 1))
     while left:
         order.append(min(left, key=lambda i: (lengths[order[-1], i], i)))
         left.remove(order[-1])
-    return tuple(i - 1 for i in _untangled(order, lengths)[1:])
+    return tuple(i - 1 for i in _untangle(order, lengths)[1:])
 
 
-def _lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray:
+def _measure_lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray:
     lengths = np.zeros((len(places), len(places)))
     for i, a in enumerate(places):
         for j in range(i):
@@ -163,7 +163,7 @@ def _lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray
     return lengths
 
 
-def _untangled(order: list[int], lengths: FloatArray) -> list[int]:
+def _untangle(order: list[int], lengths: FloatArray) -> list[int]:
     """The order with pieces reversed as long as that shortens it (2-opt); its first place stays."""
     shorter = True
     while shorter:

@@ -34,8 +34,8 @@ from facetlog.robot.collecting.record import (
 from facetlog.robot.collecting.request import (
     TRAFFIC_FILE,
     Request,
-    earlier_views,
-    missing_views,
+    find_missing_views,
+    read_earlier_views,
 )
 from facetlog.robot.collecting.ring_views import bearing
 from facetlog.robot.collecting.route import Circle, Point, distance_to, short_order
@@ -81,28 +81,24 @@ class DrivenWay:
             self.stamped = read_robot_tum(self._path)
 
     def moved(self, at: float, place: Pose2) -> None:
-        """Takes the pose of a report."""
+        """Take the pose of a report."""
         self.stamped.append((self._epoch + at, place))
 
     def write(self) -> None:
-        """Writes the file; InputError where it cannot be written."""
+        """Write the file; InputError where it cannot be written."""
         write_file(self._path, robot_tum(self.stamped).encode())
 
     def view_taken(self, done: int, total: int, view: Taken) -> None:
-        """See `Listener`."""
         self.write()
         self._listener.view_taken(done, total, view)
 
     def warn(self, message: str) -> None:
-        """See `Listener`."""
         self._listener.warn(message)
 
     def note(self, message: str) -> None:
-        """See `Listener`."""
         self._listener.note(message)
 
     def ended_early(self, ended: Ended, there: int, total: int) -> None:
-        """See `Listener`."""
         self._listener.ended_early(ended, there, total)
 
 
@@ -121,7 +117,7 @@ def check_keep_out(request: Request) -> None:
         )
 
 
-def circles_for_the_middle(request: Request, radius: float) -> tuple[Circle, ...]:
+def list_forbidden_circles(request: Request, radius: float) -> tuple[Circle, ...]:
     """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
 
     If none are given: about the target, as large as the innermost view leaves room for.
@@ -133,7 +129,7 @@ def circles_for_the_middle(request: Request, radius: float) -> tuple[Circle, ...
         return ()
     else:
         if closed is None:
-            closed = _room(request.tour, target, request.mount, radius)
+            closed = _find_free_radius(request.tour, target, request.mount, radius)
         circles = (Circle(float(target[0]), float(target[1]), closed),)
     grown = tuple(circle.grown(radius) for circle in circles)
     inside = distance_to(grown, (request.start.x, request.start.y))
@@ -145,7 +141,7 @@ def circles_for_the_middle(request: Request, radius: float) -> tuple[Circle, ...
     return grown
 
 
-def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
+def _find_free_radius(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
     """The radius that the innermost view leaves, whichever way the robot stands there."""
     if not tour.views:
         raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
@@ -159,7 +155,7 @@ def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
     return room
 
 
-def rings_round_target(
+def plan_rings(
     request: Request,
     reach: Reach,
     pace: Pace,
@@ -208,7 +204,6 @@ class Collected:
     reason: str = ""
 
     def to_json(self) -> Mapping[str, object]:
-        """As `--json` prints it."""
         return {
             **self.ended.to_json(),
             "views": [view.name for view in self.taken],
@@ -226,9 +221,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
     or camera cannot be opened.
     """
-    earlier = earlier_views(request)
+    earlier = read_earlier_views(request)
     lines = read_log(request.folder) if request.resume else ()
-    missing = missing_views(request.tour, earlier)
+    missing = find_missing_views(request.tour, earlier)
     check_keep_out(request)
     began = time.monotonic()
     with ExitStack() as stack:
@@ -241,7 +236,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 baud=request.baud,
             )
         )
-        robot.on_problem(partial(_warn_of_problem, listener))
+        robot.on_problem(partial(_warn_about_problem, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
         seen = camera_and_optics(
@@ -259,14 +254,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         camera = open_checked_camera(stack, seen, latency=request.latency, noisy=request.noisy)
 
         radius = robot.parameters.radius
-        forbidden = circles_for_the_middle(request, radius)
+        forbidden = list_forbidden_circles(request, radius)
         reach = Reach(
             request.mount,
             head.limits,
             seen.optics.camera,
             tuple(circle.grown(CLEARANCE) for circle in forbidden),
         )
-        plan = _planned(request, missing, reach, forbidden)
+        plan = _make_plan(request, missing, reach, forbidden)
         for line in plan.remarks:
             listener.warn(line)
         for each in plan.skipped:
@@ -274,7 +269,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         pace = Pace(robot.limits.speed, robot.limits.turning)
         around = None
         if request.chooser is not None:
-            around = rings_round_target(request, reach, pace, radius, lines)
+            around = plan_rings(request, reach, pace, radius, lines)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()
@@ -317,9 +312,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
-                _mapped(request, seen, record.taken, way, inner, radius).draw(request.folder)
+                _describe_map(request, seen, record.taken, way, inner, radius).draw(request.folder)
             raise
-        mapped = _mapped(request, seen, record.taken, way, inner, radius)
+        mapped = _describe_map(request, seen, record.taken, way, inner, radius)
         mapped.draw(request.folder)
     reason = stops.reason if isinstance(stops, ChosenStops) else ""
     return Collected(
@@ -327,7 +322,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     )
 
 
-def _warn_of_problem(listener: Listener, problem: Problem) -> None:
+def _warn_about_problem(listener: Listener, problem: Problem) -> None:
     """Warn of what makes poses less certain and ends nothing; covariances say the former too."""
     if problem.cause in (Cause.ODOMETRY, Cause.REPORTS_AGAIN):
         listener.warn(str(problem))
@@ -378,7 +373,7 @@ def open_checked_camera(
     return opened() if isinstance(camera, FileSource) else camera
 
 
-def _planned(
+def _make_plan(
     request: Request, missing: list[int], reach: Reach, forbidden: tuple[Circle, ...]
 ) -> Plan:
     views = request.tour.views
@@ -412,7 +407,7 @@ def _about(
     }
 
 
-def _mapped(
+def _describe_map(
     request: Request,
     seen: CameraAndOptics,
     taken: tuple[Taken, ...],

@@ -98,7 +98,7 @@ def last_place(folder: Path) -> LastPlace | None:
     match last.get("robot") if ended else None:
         case [float(x), float(y), float(heading)]:
             return LastPlace(Pose2(x, y, math.radians(heading)), "where it ended it was")
-    heard = _last_heard(folder, lines)
+    heard = _find_last_report(folder, lines)
     if heard is not None:
         return heard
     _, taken = read_record(folder)
@@ -108,7 +108,7 @@ def last_place(folder: Path) -> LastPlace | None:
     return LastPlace(place, "at its last view it was")
 
 
-def _last_heard(folder: Path, lines: Sequence[Mapping[str, object]]) -> LastPlace | None:
+def _find_last_report(folder: Path, lines: Sequence[Mapping[str, object]]) -> LastPlace | None:
     """By the last report of the last run; None without a log of its traffic."""
     path = folder / TRAFFIC_FILE
     if not path.is_file():

@@ -124,10 +124,10 @@ def number(text: bytes) -> int:
     return int(digits, 16)
 
 
-def angle_text(counts: int) -> bytes:
-    """Counts from the middle as they are sent.
+def encode_angle(counts: int) -> bytes:
+    """Count from the middle as they are sent.
 
-    >>> angle_text(800)
+    >>> encode_angle(800)
     b'8320'
     """
     return hexadecimal(MIDDLE + counts, 4)
@@ -140,10 +140,10 @@ def position_of(data: bytes) -> tuple[int, int]:
     return number(data[:4]) - MIDDLE, number(data[4:]) - MIDDLE
 
 
-def command_to_bytes(command: CanonCommand, parameters: bytes = b"") -> bytes:
+def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
     """The frame of a command.
 
-    >>> command_to_bytes(CanonCommand.POSITION_REQUEST).hex(" ")
+    >>> encode_command(CanonCommand.POSITION_REQUEST).hex(" ")
     'ff 30 30 00 63 ef'
     """
     return COMMAND_HEADER + bytes([command]) + parameters + bytes([END])
@@ -155,12 +155,12 @@ def move(pan: int, tilt: int) -> bytes:
     >>> move(800, -267)
     b'\\xff00\\x00b83207EF5\\xef'
     """
-    return command_to_bytes(CanonCommand.MOVE, angle_text(pan) + angle_text(tilt))
+    return encode_command(CanonCommand.MOVE, encode_angle(pan) + encode_angle(tilt))
 
 
-def tilt_range(lowest: int, highest: int) -> bytes:
+def encode_tilt_range(lowest: int, highest: int) -> bytes:
     """The frame that sets the range of tilt; after power-on a VC-C4 goes up no more than 30°."""
-    return command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(lowest) + angle_text(highest))
+    return encode_command(CanonCommand.RANGE, b"1" + encode_angle(lowest) + encode_angle(highest))
 
 
 def parse_command(frame: bytes) -> tuple[int, bytes]:

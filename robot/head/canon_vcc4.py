@@ -28,10 +28,10 @@ from facetlog.robot.head.canon import (
     CanonCommand,
     CanonError,
     CanonSyntaxError,
-    angle_text,
     angles_of,
-    command_to_bytes,
     counts_of,
+    encode_angle,
+    encode_command,
     hexadecimal,
     number,
     parse_answer,
@@ -71,7 +71,7 @@ class CanonLine:
             if attempt:
                 self._clock.sleep(QUIET_S)
             self._line.flush()
-            self._line.send(command_to_bytes(command, parameters))
+            self._line.send(encode_command(command, parameters))
             try:
                 return self._answer(command, data)
             except (DeviceTimeout, CanonSyntaxError) as exc:
@@ -148,13 +148,12 @@ class CanonLine:
     def send_unanswered(
         self, command: CanonCommand, parameters: bytes = b"", wait: float = 0.0
     ) -> None:
-        """Sends a command to a head that does not answer, and waits until it can be done."""
+        """Send a command to a head that does not answer, and wait until it can be done."""
         self._line.flush()
-        self._line.send(command_to_bytes(command, parameters))
+        self._line.send(encode_command(command, parameters))
         self._clock.sleep(UNANSWERED_S + wait)
 
     def close(self) -> None:
-        """Closes the line."""
         self._line.close()
 
 
@@ -184,7 +183,7 @@ FIRST = b"0"
 SETTINGS: tuple[tuple[CanonCommand, bytes], ...] = (
     (CanonCommand.PAN_SPEED, hexadecimal(REACH.fastest_pan, 3)),
     (CanonCommand.TILT_SPEED, hexadecimal(REACH.fastest_tilt, 3)),
-    (CanonCommand.RANGE, b"1" + angle_text(REACH.tilt_lowest) + angle_text(REACH.tilt_highest)),
+    (CanonCommand.RANGE, b"1" + encode_angle(REACH.tilt_lowest) + encode_angle(REACH.tilt_highest)),
 )
 """What is set after switching on: as fast as it can, and as far up as it can."""
 
@@ -225,7 +224,7 @@ class CanonVcC4:
         return REACH.limits
 
     def start(self) -> None:
-        """Switches it on, homes it, sets its speeds, range and zoom.
+        """Switch it on, home it, set its speeds, range and zoom.
 
         DeviceTimeout if it does not get ready, or does not answer though it was stated that it can.
         """
@@ -266,8 +265,8 @@ class CanonVcC4:
         deadline = self._clock.now() + timeout
         if zoom is not None:
             self._zoom_to(zoom, deadline)
-        where = angle_text(goal_pan) + angle_text(goal_tilt)
-        here = self._carry_out(
+        where = encode_angle(goal_pan) + encode_angle(goal_tilt)
+        here = self._perform(
             CanonCommand.MOVE, where, lambda: self._position(deadline), goal, NEAR, deadline
         )
         return self._state(here)
@@ -290,7 +289,7 @@ class CanonVcC4:
         return self._state(here)
 
     def stop(self) -> None:
-        """Stops its motion where it is; errors as `look`."""
+        """Stop its motion where it is; errors as `look`."""
         if self.answers:
             self._order(CanonCommand.DRIVE, FIRST, self._clock.now() + ANSWER_S)
         else:
@@ -298,7 +297,7 @@ class CanonVcC4:
             self._commanded = None
 
     def close(self) -> None:
-        """Closes the line; the head stays as it stands."""
+        """Close the line; the head stays as it stands."""
         self._line.close()
 
     def _state(self, here: Counts) -> HeadState:
@@ -348,7 +347,7 @@ class CanonVcC4:
             self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(zoom, 4), zooming)
             self._zoom = zoom
         self._line.send_unanswered(
-            CanonCommand.MOVE, b"".join(angle_text(counts) for counts in goal), wait
+            CanonCommand.MOVE, b"".join(encode_angle(counts) for counts in goal), wait
         )
         self._commanded = goal
         return self._state(goal)
@@ -380,7 +379,7 @@ class CanonVcC4:
         return (counts,)
 
     def _zoom_to(self, counts: int, deadline: float) -> None:
-        (self._zoom,) = self._carry_out(
+        (self._zoom,) = self._perform(
             CanonCommand.ZOOM,
             hexadecimal(counts, 4),
             lambda: self._zoom_counts(deadline),
@@ -389,7 +388,7 @@ class CanonVcC4:
             deadline,
         )
 
-    def _carry_out(
+    def _perform(
         self,
         command: CanonCommand,
         parameters: bytes,

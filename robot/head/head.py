@@ -68,7 +68,7 @@ class PanTiltHead(Protocol):
         """How far it can turn; of a family of heads, known for certain after `start`."""
 
     def start(self) -> None:
-        """Switches it on if it is off, and waits until it accepts commands."""
+        """Switch it on if it is off, and wait until it accepts commands."""
 
     def look(
         self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
@@ -82,10 +82,10 @@ class PanTiltHead(Protocol):
         """Where it looks now, moving or not."""
 
     def stop(self) -> None:
-        """Stops its motion where it is."""
+        """Stop its motion where it is."""
 
     def close(self) -> None:
-        """Gives its line back; the head stays as it stands."""
+        """Give its line back; the head stays as it stands."""
 
 
 Counts = tuple[int, ...]

@@ -67,7 +67,7 @@ class ViscaLine:
         self._line, self._clock, self._address = line, clock, address
 
     def set_addresses(self) -> None:
-        """Numbers the heads on the line; one that already has a number may not answer."""
+        """Number the heads on the line; one that already has a number may not answer."""
         self._line.flush()
         self._line.send(to_bytes(AddressSet()))
         try:
@@ -115,7 +115,7 @@ class ViscaLine:
         return reply == Completed(ack.socket)
 
     def clear(self) -> None:
-        """Clears the commands in progress, if the head can; errors as `ask`.
+        """Clear the commands in progress, if the head can; errors as `ask`.
 
         One that does not know this command answers with an error, and is as ready as before.
         """
@@ -128,11 +128,9 @@ class ViscaLine:
         self._persist(Fixed.CLEAR, answer)
 
     def pause(self) -> None:
-        """Waits before a retry."""
         self._clock.sleep(QUIET_S)
 
     def close(self) -> None:
-        """Closes the line."""
         self._line.close()
 
     def _receive(self, first: int, whole: int, timeout: float = REPLY_S) -> Reply:
@@ -206,7 +204,7 @@ class SonyEviD30:
         return self._model.limits
 
     def start(self) -> None:
-        """Switches it on if it is off, inquires its model and sets the zoom.
+        """Switch it on if it is off, inquire its model and set the zoom.
 
         DeviceTimeout if it does not answer or does not get ready, DeviceError if the model's scale
         of angles is not known.
@@ -238,7 +236,7 @@ class SonyEviD30:
             math.ceil(NEAR_DEG * self._model.tilt_per_degree),
         )
         move = AbsoluteMove(goal_pan, goal_tilt)
-        here_pan, here_tilt = self._carry_out(
+        here_pan, here_tilt = self._perform(
             move, self._position, (goal_pan, goal_tilt), near, deadline
         )
         return self._state(here_pan, here_tilt)
@@ -250,19 +248,19 @@ class SonyEviD30:
         return self._state(pan, tilt)
 
     def stop(self) -> None:
-        """Stops its motion where it is; errors as `look`."""
+        """Stop its motion where it is; errors as `look`."""
         if isinstance(self._line.command(Drive(0, 0)), Failed):
             self._line.clear()
 
     def close(self) -> None:
-        """Closes the line; the head stays as it stands."""
+        """Close the line; the head stays as it stands."""
         self._line.close()
 
     def _state(self, pan: int, tilt: int) -> HeadState:
         return HeadState(*self._model.angles(pan, tilt), self._zoom, self._clock.now())
 
     def _switch_on(self, deadline: float) -> None:
-        """Waits until it reports its position, which it does not while it is off or starting."""
+        """Wait until it reports its position, which it does not while it is off or starting."""
         while True:
             power = self._line.ask(Inquiry.POWER, POWER_BYTES, bytes)
             if power in (ON, Failed(ViscaError.SYNTAX)):  # without stand-by there is nothing to ask
@@ -310,11 +308,11 @@ class SonyEviD30:
         return reply
 
     def _zoom_to(self, counts: int, deadline: float) -> None:
-        (self._zoom,) = self._carry_out(
+        (self._zoom,) = self._perform(
             ZoomTo(counts), self._zoom_counts, (counts,), (NEAR_ZOOM,), deadline
         )
 
-    def _carry_out(
+    def _perform(
         self,
         command: Command,
         read: Callable[[], Counts],

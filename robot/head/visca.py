@@ -380,10 +380,10 @@ def position_of(data: bytes) -> tuple[int, int]:
     return number(data[:4]), number(data[4:])
 
 
-def reply_to_bytes(reply: Reply, address: int = 1) -> bytes:
+def encode_reply(reply: Reply, address: int = 1) -> bytes:
     """The frame of an answer from the camera with this address.
 
-    >>> reply_to_bytes(Information(bytes.fromhex("00 01 00 08 0F 0F 08 08"))).hex(" ")
+    >>> encode_reply(Information(bytes.fromhex("00 01 00 08 0F 0F 08 08"))).hex(" ")
     '90 50 00 01 00 08 0f 0f 08 08 ff'
     """
     sender = 0x80 + 0x10 * address

@@ -18,14 +18,13 @@ from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.packets.commands import (
     Command,
-    command_name,
-    integer_command,
-    plain_command,
+    make_integer_command,
+    make_plain_command,
+    name_command,
 )
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError, Received, Receiver
 from facetlog.robot.pioneer.packets.reports import (
     AUTOBAUD,
-    CONFIGURATION_KIND,
     SIP_KINDS,
     Configuration,
     Names,
@@ -76,14 +75,14 @@ class Exchange(ABC):
         return done
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes what came in; b"" if nothing did."""
+        """Take what came in; b"" if nothing did."""
         self.advance(now)
         received = self.receiver.feed(data, now) if data else self.receiver.idle(now) or []
         for each in received:
             self._take(each, now)
 
     def advance(self, now: float) -> None:
-        """Does what is due at `now` or was before."""
+        """Do what is due at `now` or was before."""
         while not self.over and now >= self.due:
             self._late(self.due)
 
@@ -148,7 +147,7 @@ class Handshake(Exchange):
         self._next_rate(now)
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes what came in, and goes on to the next rate where that is noise alone."""
+        """Take what came in, and go on to the next rate where that is noise alone."""
         super().receive(data, now)
         if not self.over and len(self._rates) > 0 and not self._heard:
             strange = self.receiver.strange - self._strange_before
@@ -174,7 +173,7 @@ class Handshake(Exchange):
     def _synchronise(self, step: int, now: float) -> None:
         self._phase, self._step, self.due = _HandshakePhase.SYNCHRONISING, step, now + ECHO_TIMEOUT
         self._close_may_be_sync2 = False
-        self._actions.append(Write(plain_command(Command(step)).to_bytes(), f"SYNC{step}"))
+        self._actions.append(Write(make_plain_command(Command(step)).to_bytes(), f"SYNC{step}"))
 
     def _flush(self, seconds: float, now: float) -> None:
         self._phase, self.due = _HandshakePhase.FLUSHING, now + seconds
@@ -186,7 +185,7 @@ class Handshake(Exchange):
     def _close(self, now: float, *, in_session: bool = False) -> None:
         self._withdraw()
         commands = (Command.STOP, Command.CLOSE)
-        data = b"".join(plain_command(each).to_bytes() for each in commands)
+        data = b"".join(make_plain_command(each).to_bytes() for each in commands)
         self._actions.append(Write(data, "STOP, CLOSE"))
         self._close_may_be_sync2 = not in_session
         self._flush(FLUSH, now)
@@ -330,14 +329,14 @@ class Opening(Exchange):
 
     def _write(self, *packets: Packet) -> None:
         data = b"".join(packet.to_bytes() for packet in packets)
-        self._actions.append(Write(data, ", ".join(map(command_name, packets))))
+        self._actions.append(Write(data, ", ".join(map(name_command, packets))))
 
     def _open(self, now: float) -> None:
-        self._write(plain_command(Command.OPEN), plain_command(Command.STOP))
+        self._write(make_plain_command(Command.OPEN), make_plain_command(Command.STOP))
         self.due = now + RETRY
 
     def _ask(self, now: float) -> None:
-        self._write(integer_command(Command.CONFIG, 1))
+        self._write(make_integer_command(Command.CONFIG, 1))
         self.due = now + RETRY
 
     def _late(self, now: float) -> None:
@@ -378,7 +377,7 @@ class Opening(Exchange):
         if not again:
             self._tries = 1
         self._phase, self.due = phase, now + retry
-        self._write(plain_command(Command.STOP))
+        self._write(make_plain_command(Command.STOP))
 
     def _take(self, received: Received, now: float) -> None:
         packet = received.packet
@@ -387,7 +386,7 @@ class Opening(Exchange):
             return
         if packet.kind in (Report.RESET_1, Report.RESET_2):
             self._fail("it was reset while the session was opened; connect again")
-        elif packet.kind == CONFIGURATION_KIND and self._phase is _OpeningPhase.ASKING:
+        elif packet.kind == Report.CONFIG and self._phase is _OpeningPhase.ASKING:
             try:
                 self.configuration = Configuration.from_packet(packet)
             except PacketError:
@@ -408,7 +407,7 @@ class Opening(Exchange):
         if self._switch[0] == self._switch[1] or not takes_it:
             self.over = True
             return
-        self._write(integer_command(Command.HOSTBAUD, BAUD_CODES[self._switch[1]]))
+        self._write(make_integer_command(Command.HOSTBAUD, BAUD_CODES[self._switch[1]]))
         self._phase, self._tries = _OpeningPhase.SWITCHING, 0
         self.due = now + SWITCH_TIME
 
@@ -433,7 +432,7 @@ class Connected:
     baud: int | None
 
 
-def known_model(model: str) -> Parameters:
+def check_model(model: str) -> Parameters:
     """Parameters of a model that a user names; InputError with those that there are."""
     try:
         return parameters_of(model)
@@ -451,15 +450,15 @@ def connect_over(
     baud: int | None = None,
     log: TrafficLog | None = None,
 ) -> Connected:
-    """Opens a session over a port.
+    """Open a session over a port.
 
     A `model` overrides the one that the robot reports; a `baud` is the only one tried, and stays.
     DeviceError or DeviceTimeout with the address, what was tried and what to check.
     """
-    given = None if model is None else known_model(model)
+    given = None if model is None else check_model(model)
     bauds = () if not port.has_baud else BAUDS if baud is None else (baud,)
     handshake = Handshake(clock(), bauds)
-    _carry_out(handshake, port, clock, log)
+    _perform(handshake, port, clock, log)
     if handshake.names is None:
         error = handshake.failure or DeviceError("the handshake has failed")
         raise type(error)(f"{port.address}: {error}") from None
@@ -476,7 +475,7 @@ def connect_over(
     opening = Opening(
         clock(), handshake.receiver, handshake.left_over, baud=handshake.baud, fast_baud=fast
     )
-    _carry_out(opening, port, clock, log)
+    _perform(opening, port, clock, log)
     if opening.failure is not None:
         error = opening.failure
         # It may have received OPEN all the same, and would keep the session open.
@@ -492,7 +491,7 @@ def connect_over(
     )
 
 
-def _carry_out(
+def _perform(
     machine: Handshake | Opening,
     port: Port,
     clock: Callable[[], float],
@@ -517,7 +516,7 @@ def _carry_out(
 
 
 def _close_session(port: Port, clock: Callable[[], float], log: TrafficLog | None) -> None:
-    _write(port, Write(plain_command(Command.CLOSE).to_bytes(), "CLOSE"), clock, log)
+    _write(port, Write(make_plain_command(Command.CLOSE).to_bytes(), "CLOSE"), clock, log)
 
 
 def _write(port: Port, action: Write, clock: Callable[[], float], log: TrafficLog | None) -> None:

@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.guard import Cause, Guard, Problem, ScaleCheck
-from facetlog.robot.pioneer.limits import Limits, limit_settings, restored_settings
+from facetlog.robot.pioneer.limits import Limits, make_limit_settings, make_restoring_settings
 from facetlog.robot.pioneer.line.dead_man import NotStoppedError
 from facetlog.robot.pioneer.packets.commands import (
     Command,
-    argument_of,
-    integer_command,
-    plain_command,
+    make_integer_command,
+    make_plain_command,
+    read_argument,
 )
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError, Received
 from facetlog.robot.pioneer.packets.reports import (
@@ -80,9 +80,9 @@ class Motion:
 
     def stopping(self) -> list[Packet]:
         """The packets that stop the robot as it was commanded last, hard if it must be."""
-        zeros = [integer_command(Command.VEL, 0), integer_command(Command.RVEL, 0)]
+        zeros = [make_integer_command(Command.VEL, 0), make_integer_command(Command.RVEL, 0)]
         hard = not self._limits.brakes_in_time(*self.commanded)
-        return [plain_command(Command.ESTOP), *zeros] if hard else zeros
+        return [make_plain_command(Command.ESTOP), *zeros] if hard else zeros
 
     @property
     def due(self) -> float:
@@ -103,11 +103,11 @@ class Motion:
         now: float,
         alive: Callable[[], bool] | None = None,
     ) -> None:
-        """Sets the speeds until `now + lease`, as long as `alive` returns true."""
+        """Set the speeds until `now + lease`, as long as `alive` returns true."""
         self._wanted, self._until, self._alive = (speed, turning), now + lease, alive
 
     def rest(self, *, hard: bool = False, in_time: bool = False) -> None:
-        """Sets zero speeds from now on.
+        """Set zero speeds from now on.
 
         `hard`: with an emergency stop; `in_time`: with one if the robot would otherwise not stand
         within `BRAKING_TIME`.
@@ -118,7 +118,7 @@ class Motion:
         self._hard = self._hard or hard
 
     def saw(self, standing: bool) -> None:
-        """Notes a report: whether the robot stands."""
+        """Note a report: whether the robot stands."""
         if not standing:
             self._stands = False
         elif self._zeros >= ZEROS and not any(self._sent):
@@ -140,9 +140,9 @@ class Motion:
         return packets
 
     def went_out(self, packet: Packet) -> None:
-        """Updates the commanded speeds from a packet, in the replay of a log."""
+        """Update the commanded speeds from a packet, in the replay of a log."""
         if packet.kind in (Command.VEL, Command.RVEL):
-            value = argument_of(packet)
+            value = read_argument(packet)
             speed, turning = self._sent
             if isinstance(value, int):
                 self._sent = (value, turning) if packet.kind == Command.VEL else (speed, value)
@@ -155,14 +155,14 @@ class Motion:
         self._check_lease(now)
         if self._hard:
             self._hard = False
-            return [plain_command(Command.ESTOP), *self._pair((0, 0), now)]
+            return [make_plain_command(Command.ESTOP), *self._pair((0, 0), now)]
         if now < self.due:
             return []
         wanted = self._integers()
         if wanted != self._sent or any(wanted) or not self._stands:
             return self._pair(wanted, now)
         self._last_out = now
-        return [plain_command(Command.PULSE)]
+        return [make_plain_command(Command.PULSE)]
 
     def _zeros_first(self, now: float) -> list[Packet]:
         if not self.held_up(now):
@@ -177,7 +177,7 @@ class Motion:
         hard = self._hard
         self.rest()
         self._hard = False
-        first = [plain_command(Command.ESTOP)] if hard else []
+        first = [make_plain_command(Command.ESTOP)] if hard else []
         return first + self._pair((0, 0), now)
 
     def _check_lease(self, now: float) -> None:
@@ -201,8 +201,8 @@ class Motion:
         if any(values):
             self._stands = False
         return [
-            integer_command(Command.VEL, values[0]),
-            integer_command(Command.RVEL, values[1]),
+            make_integer_command(Command.VEL, values[0]),
+            make_integer_command(Command.RVEL, values[1]),
         ]
 
 
@@ -244,8 +244,8 @@ class Control:
         self._motors_wanted = False
         self._scale = ScaleCheck(parameters)
         self._guard = Guard(self.limits.battery_v or 0.0)
-        self._limit_settings = limit_settings(self.limits, configuration)
-        self._restored_settings = restored_settings(configuration)
+        self._limit_settings = make_limit_settings(self.limits, configuration)
+        self._restored_settings = make_restoring_settings(configuration)
         self._last_report = self._last_sign = self._looked = now
         self._quiet = False
         self._problems: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
@@ -263,7 +263,7 @@ class Control:
         return new
 
     def take(self, received: Received) -> None:
-        """Takes a packet of the robot."""
+        """Take a packet of the robot."""
         kind = received.packet.kind
         if kind in (Report.RESET_1, Report.RESET_2):
             self.fail(
@@ -279,7 +279,7 @@ class Control:
             self._take_report(sip, received.at)
 
     def looked(self, now: float, *, damaged: bool = False) -> None:
-        """Notes that the line has been read up to `now`, and whether damaged packets came."""
+        """Note that the line has been read up to `now`, and whether damaged packets came."""
         self._looked = max(self._looked, now)
         if damaged:
             self._last_sign = self._looked
@@ -331,31 +331,31 @@ class Control:
         return speed, turning
 
     def stop(self) -> None:
-        """Ends the lease: zero speeds from now on."""
+        """End the lease: zero speeds from now on."""
         self.motion.rest()
 
     def emergency_stop(self, now: float) -> None:
-        """Stops as hard as it can; driving is blocked until that is cleared."""
+        """Stop as hard as it can; driving is blocked until that is cleared."""
         self.motion.rest(hard=True)
         self.halted = Problem(Cause.EMERGENCY, "the program called for a stop", now, stopped=True)
         self.say(self.halted)
 
     def clear_stop(self) -> None:
-        """Clears the stop; a cause that still holds refuses the next drive."""
+        """Clear the stop; a cause that still holds refuses the next drive."""
         self.halted = None
 
     def switching(self, on: bool) -> list[Packet]:
         """The packets that switch the motors, to be sent slowly."""
         self.motion.rest()
         if not on:
-            return [integer_command(Command.ENABLE, 0)]
+            return [make_integer_command(Command.ENABLE, 0)]
         self.halted = None
-        return [*self._limit_settings, integer_command(Command.ENABLE, 1)]
+        return [*self._limit_settings, make_integer_command(Command.ENABLE, 1)]
 
     def goes_out(self, packet: Packet) -> None:
-        """Notes that a packet of another part of the driver is sent now."""
+        """Note that a packet of another part of the driver is sent now."""
         if packet.kind == Command.ENABLE:
-            self._motors_wanted = bool(argument_of(packet))
+            self._motors_wanted = bool(read_argument(packet))
             self._maker.motors_thought_on = None if self._motors_wanted else False
 
     def went_out(self, packet: Packet) -> None:
@@ -407,7 +407,7 @@ class Control:
         )
 
     def say(self, *problems: Problem) -> None:
-        """Records problems for `problems` and `new_problems`."""
+        """Record problems for `problems` and `new_problems`."""
         self._problems.extend(problems)
         self._untold.extend(problems)
 

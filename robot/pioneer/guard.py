@@ -252,9 +252,9 @@ class Guard:
         """The new problems in a report; `commanded` are the last speed and turning sent."""
         before, self._before = self._before, state
         found = [
-            *_bumped(state, before),
-            *_stalled(state, before),
-            *_switched(state, before, motors_wanted),
+            *_find_bumps(state, before),
+            *_find_stalls(state, before),
+            *_find_switched_off(state, before, motors_wanted),
             *self._battery(state),
             *self._idle(state, commanded),
         ]
@@ -308,7 +308,7 @@ class Guard:
         ]
 
 
-def _bumped(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
+def _find_bumps(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
     found = []
     for side, now, then in (
         ("front", state.front_bumpers, before.front_bumpers if before else ()),
@@ -321,7 +321,7 @@ def _bumped(state: RobotState, before: RobotState | None) -> list[tuple[Cause, s
     return found
 
 
-def _stalled(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
+def _find_stalls(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
     if state.stop_button:
         return []  # the button shows as a stall of both wheels too (E_STALL)
     then = before.stalled if before else (False, False)
@@ -336,7 +336,7 @@ def _stalled(state: RobotState, before: RobotState | None) -> list[tuple[Cause, 
     return [(Cause.STALL, f"{wheels} wheel stalled: something is in the way; free the robot")]
 
 
-def _switched(
+def _find_switched_off(
     state: RobotState, before: RobotState | None, motors_wanted: bool
 ) -> list[tuple[Cause, str]]:
     if state.stop_button and not (before and before.stop_button):

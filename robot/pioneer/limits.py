@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from facetlog.robot.pioneer.packets.commands import Command, argument_of, integer_command
+from facetlog.robot.pioneer.packets.commands import Command, make_integer_command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import Parameters
@@ -109,7 +109,7 @@ READ_BACK = {
 """The field of CONFIG with each setting; decelerations are commanded as negative values."""
 
 
-def limit_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
+def make_limit_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
     """Commands that make the robot keep to the limits, and stop where a bumper is pressed.
 
     Bumpers that CONFIG does not list may be unconnected inputs.
@@ -119,15 +119,17 @@ def limit_settings(limits: Limits, configuration: Configuration | None) -> list[
         bumpers |= FRONT_BUMPERS_STALL if configuration.front_bumpers else 0
         bumpers |= REAR_BUMPERS_STALL if configuration.rear_bumpers else 0
     return [
-        *([integer_command(Command.BUMPSTALL, bumpers)] if bumpers else []),
-        integer_command(Command.SETV, max(1, round(limits.speed * 1e3))),
-        integer_command(Command.SETRV, max(1, round(math.degrees(limits.turning)))),
-        integer_command(Command.SETA, -max(1, round(limits.deceleration * 1e3))),
-        integer_command(Command.SETRA, -max(1, round(math.degrees(limits.turning_deceleration)))),
+        *([make_integer_command(Command.BUMPSTALL, bumpers)] if bumpers else []),
+        make_integer_command(Command.SETV, max(1, round(limits.speed * 1e3))),
+        make_integer_command(Command.SETRV, max(1, round(math.degrees(limits.turning)))),
+        make_integer_command(Command.SETA, -max(1, round(limits.deceleration * 1e3))),
+        make_integer_command(
+            Command.SETRA, -max(1, round(math.degrees(limits.turning_deceleration)))
+        ),
     ]
 
 
-def restored_settings(configuration: Configuration | None) -> list[Packet]:
+def make_restoring_settings(configuration: Configuration | None) -> list[Packet]:
     """Commands that restore the settings of CONFIG; none for those that it does not have."""
     if configuration is None:
         return []
@@ -138,7 +140,7 @@ def restored_settings(configuration: Configuration | None) -> list[Packet]:
         (Command.SETA, c.deceleration, -1),
         (Command.SETRA, c.turning_deceleration, -1),
     )
-    return [integer_command(command, sign * value) for command, value, sign in values if value]
+    return [make_integer_command(command, sign * value) for command, value, sign in values if value]
 
 
 def send_until_confirmed(
@@ -146,7 +148,7 @@ def send_until_confirmed(
     send: Callable[[Sequence[Packet]], None],
     ask: Callable[[], Configuration | None],
 ) -> None:
-    """Sends settings, and repeats those that CONFIG does not confirm, each up to three times.
+    """Send settings, and repeat those that CONFIG does not confirm, each up to three times.
 
     `ask` requests the present CONFIG, None where it is not answered.
     """
@@ -160,7 +162,7 @@ def send_until_confirmed(
 
 
 def _confirmed(setting: Packet, reported: Configuration | None) -> bool:
-    value, name = argument_of(setting), READ_BACK.get(Command(setting.kind))
+    value, name = read_argument(setting), READ_BACK.get(Command(setting.kind))
     if reported is None or name is None or not isinstance(value, int):
         return False
     return bool(getattr(reported, name) == abs(value))

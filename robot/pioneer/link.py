@@ -25,9 +25,9 @@ from facetlog.robot.pioneer.line.process import LineProcess
 from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
-    integer_command,
-    plain_command,
-    text_command,
+    make_integer_command,
+    make_plain_command,
+    make_text_command,
 )
 from facetlog.robot.pioneer.packets.packet import Packet, Received, Receiver
 from facetlog.robot.pioneer.packets.reports import Report
@@ -53,7 +53,7 @@ class Inbox:
         self._packets: deque[Received] = deque(maxlen=KEPT)
 
     def put(self, received: Received) -> None:
-        """Takes one; the link's lock is held."""
+        """Take one; the link's lock is held."""
         self._packets.append(received)
 
     def clear(self) -> None:
@@ -99,12 +99,12 @@ class Link:
         ]
 
     def start(self) -> None:
-        """Starts both threads."""
+        """Start both threads."""
         for thread in self._threads:
             thread.start()
 
     def wake(self) -> None:
-        """Wakes the writer, which checks what is to be sent."""
+        """Wake the writer, which checks what is to be sent."""
         self._wake.set()
 
     def inbox(self, kind: int) -> Inbox:
@@ -113,7 +113,7 @@ class Link:
             return self._inboxes.setdefault(kind, Inbox(self))
 
     def on_problem(self, callback: Callable[[Problem], None]) -> None:
-        """Calls back with each problem, from the reader's thread."""
+        """Call back with each problem, from the reader's thread."""
         with self.changed:
             self._callbacks.append(callback)
 
@@ -131,7 +131,7 @@ class Link:
         return True
 
     def send(self, *packets: Packet, slowly: bool = False) -> None:
-        """Sends commands one after the other, as fast as the robot accepts them.
+        """Send commands one after the other, as fast as the robot accepts them.
 
         `slowly`: as fast as the slowest firmware accepts them.
         """
@@ -170,7 +170,7 @@ class Link:
         return None
 
     def close(self) -> None:
-        """Ends the threads and closes the port; more than once does no harm."""
+        """End the threads and close the port; more than once does no harm."""
         self._closing.set()
         self._wake.set()
         with self.changed:
@@ -234,18 +234,18 @@ class Link:
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
             with self._out:
-                self._put(_wire([plain_command(Command.STOP)]))
+                self._put(_wire([make_plain_command(Command.STOP)]))
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
     def _note(self, now: float, data: bytes) -> None:
-        """Logs what is sent under the lock, so that the log has the order of `Control`."""
+        """Log what is sent under the lock, so that the log has the order of `Control`."""
         if data and self._log is not None:
             self._log.outgoing(now, data)
 
     def _put(
         self, data: bytes, lease_end: float | None = None, stopping: bytes | None = None
     ) -> None:
-        """Writes to the line; of what is sent with `stopping`, the end of its lease has changed."""
+        """Write to the line; of what is sent with `stopping`, the end of its lease has changed."""
         try:
             if self._owner is not None and stopping is not None:
                 if lease_end is not None and lease_end != self._lease_end:
@@ -322,19 +322,19 @@ class AuxLine:
         if baud is not None:
             if self._numbers.baud is None or baud not in BAUD_CODES:
                 raise ValueError(f"{self.name} cannot be set to {baud} baud")
-            link.send(integer_command(self._numbers.baud, BAUD_CODES[baud]))
+            link.send(make_integer_command(self._numbers.baud, BAUD_CODES[baud]))
 
     def flush(self) -> None:
-        """Discards what the device has sent so far."""
-        self._link.send(integer_command(self._numbers.get, 0))
+        """Discard what the device has sent so far."""
+        self._link.send(make_integer_command(self._numbers.get, 0))
         self._inbox.clear()
         self._waiting.clear()
 
     def send(self, data: bytes) -> None:
-        """Sends bytes to the device."""
+        """Send bytes to the device."""
         for start in range(0, len(data), LARGEST_TEXT):
             chunk = data[start : start + LARGEST_TEXT]
-            self._link.send(text_command(self._numbers.send, chunk))
+            self._link.send(make_text_command(self._numbers.send, chunk))
 
     def receive(self, count: int, timeout: float) -> bytes:
         """Exactly `count` bytes from the device; DeviceTimeout if they do not come."""
@@ -344,7 +344,7 @@ class AuxLine:
             now = time.monotonic()
             if asked_at is None or now - asked_at >= ASK_AGAIN:
                 wanted = min(count - len(self._waiting), LARGEST_REQUEST)
-                self._link.send(integer_command(self._numbers.get, wanted))
+                self._link.send(make_integer_command(self._numbers.get, wanted))
                 asked_at = now
             left = min(deadline, asked_at + ASK_AGAIN) - time.monotonic()
             packet = self._inbox.take(max(0.0, left))

@@ -70,7 +70,7 @@ class ReplayPort:
         """Forgets it."""
 
     def close(self) -> None:
-        """Ends the log."""
+        """End the log."""
         self._chunks = iter(())
 
 

@@ -65,7 +65,7 @@ class OdometryCovariance:
         return (total + total.T) / 2
 
     def move(self, before: Pose2, after: Pose2) -> None:
-        """Takes a small motion, as the wheels counted it."""
+        """Take a small motion, as the wheels counted it."""
         dx, dy = after.x - before.x, after.y - before.y
         turned = wrapped(after.heading - before.heading)
         way = math.hypot(dx, dy)
@@ -88,7 +88,7 @@ class OdometryCovariance:
         )
 
     def lose(self, way: float, turned: float) -> None:
-        """Takes that it may have gone so far (m) and turned so much (rad) uncounted."""
+        """Take that it may have gone so far (m) and turned so much (rad) uncounted."""
         self._noise = self._noise + np.diag([way**2, way**2, turned**2])
 
 
@@ -152,7 +152,7 @@ class Odometry:
         return total
 
     def update(self, sip: ServerInformation, at: float) -> str | None:
-        """Takes a report that came at `at` (s); why the pose is unreliable from now on, or None."""
+        """Take a report that came at `at` (s); why the pose is unreliable from now on, or None."""
         p = self._parameters
         here = _Reading(
             sip.x,
@@ -316,7 +316,6 @@ class RobotState:
 
     @property
     def standing(self) -> bool:
-        """Whether both wheels stand."""
         return max(abs(self.left_speed), abs(self.right_speed)) < STANDING_SPEED
 
     @property
@@ -383,7 +382,7 @@ class StateMaker:
             stop_stall=self._flag(sip, STOP_STALL),
             faults=sip.faults,
             sideways=None if sip.sideways is None else sip.sideways / 1e3,
-            temperature_c=_temperature(sip.temperature),
+            temperature_c=_read_temperature(sip.temperature),
             digital_in=sip.digital_in,
             digital_out=sip.digital_out,
             analog=sip.analog,
@@ -401,5 +400,5 @@ def _bits(value: int, count: int) -> tuple[bool, ...]:
     return tuple(bool(value >> bit & 1) for bit in range(count))
 
 
-def _temperature(value: int | None) -> int | None:
+def _read_temperature(value: int | None) -> int | None:
     return None if value is None or value <= NO_TEMPERATURE else value

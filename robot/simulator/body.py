@@ -104,17 +104,16 @@ class Body:
 
     @property
     def standing(self) -> bool:
-        """Whether both wheels stand."""
         return self.speed == 0.0 and self.turning == 0.0
 
     def place(self, truth: Truth) -> None:
-        """Puts the robot somewhere else, as by hand; it stands."""
+        """Put the robot somewhere else, as by hand; it stands."""
         self.truth, self.speed, self.turning, self.blocked = truth, 0.0, 0.0, False
         self._clear = 0.0
         self._feel()
 
     def step(self) -> tuple[float, float]:
-        """Advances by `STEP` seconds; distance and turn as the encoders counted them."""
+        """Advance by `STEP` seconds; distance and turn as the encoders counted them."""
         self.blocked = False
         if self.standing:
             return 0.0, 0.0
@@ -138,7 +137,7 @@ class Body:
         return (left + right) / 2, (right - left) / self.track
 
     def _move(self, left: float, right: float) -> float:
-        """Moves by ways of the wheels; the share of the way ahead that was free."""
+        """Move by ways of the wheels; the share of the way ahead that was free."""
         ahead, here = (left + right) / 2, self.truth
         turn = (right - left) / (self.track * (1 + self.errors.track))
         middle = here.heading + turn / 2
@@ -198,11 +197,11 @@ def pressed(contact: Contact | None, truth: Truth, front: int, rear: int) -> tup
         return 0, 0
     angle = math.remainder(contact.direction - truth.heading, 2 * math.pi)
     if abs(angle) <= math.pi / 2:
-        return _bit(math.pi / 2 - angle, front), 0
-    return 0, _bit((-angle - math.pi / 2) % (2 * math.pi), rear)
+        return _find_bumper_bit(math.pi / 2 - angle, front), 0
+    return 0, _find_bumper_bit((-angle - math.pi / 2) % (2 * math.pi), rear)
 
 
-def _bit(angle: float, count: int) -> int:
+def _find_bumper_bit(angle: float, count: int) -> int:
     """Of the segment at this angle of half a circle."""
     return 1 << min(int(angle / math.pi * count), count - 1) if count else 0
 
@@ -222,15 +221,14 @@ class Contacts:
         return self._until is not None
 
     def stall(self, now: float, seconds: float = 0.0) -> None:
-        """Stalls the wheels for a while, at least for the pause."""
+        """Stall the wheels for a while, at least for the pause."""
         self._until = max(self._until or 0.0, now + max(seconds, self.pause))
 
     def free(self) -> None:
-        """Ends a stall."""
         self._until, self._pushing = None, None
 
     def step(self, now: float, *, blocked: bool, bumped: bool) -> None:
-        """Updates the stall after a step of motion: whether something `blocked` the robot.
+        """Update the stall after a step of motion: whether something `blocked` the robot.
 
         `bumped`: a bumper that counts as a stall is pressed.
         """
@@ -256,7 +254,7 @@ def footprint(solid: Solid, height: float) -> BaseGeometry:
     """
     pieces: list[BaseGeometry] = []
     for face in solid.faces:
-        corners = _between(solid.vertices[list(face)], 0.0, height)
+        corners = _clip_to_heights(solid.vertices[list(face)], 0.0, height)
         if len(corners) == 0:
             continue
         flat = corners[:, :2]
@@ -267,7 +265,7 @@ def footprint(solid: Solid, height: float) -> BaseGeometry:
     return shapely.union_all(pieces)
 
 
-def _between(corners: FloatArray, low: float, high: float) -> FloatArray:
+def _clip_to_heights(corners: FloatArray, low: float, high: float) -> FloatArray:
     """The part of a polygon (n, 3) with z in [low, high] (Sutherland and Hodgman, 1974)."""
     for sign, limit in ((1.0, low), (-1.0, -high)):
         inside = sign * corners[:, 2] - limit

@@ -13,7 +13,7 @@ class Device(Protocol):
     """
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes bytes that came in at `now`."""
+        """Take bytes that came in at `now`."""
 
     def pending(self, now: float) -> bytes:
         """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
@@ -39,7 +39,7 @@ class SerialOut:
         self._free = 0.0
 
     def say(self, data: bytes, now: float) -> None:
-        """Begins to send at `now`, or when all that was said before is through."""
+        """Begin to send at `now`, or when all that was said before is through."""
         for byte in data:
             self._free = max(self._free, now) + self._byte_s
             self._bytes.append((self._free, byte))

@@ -121,7 +121,7 @@ class FaultyLine:
         self._queue: deque[tuple[float, bytes]] = deque()
 
     def push(self, data: bytes, now: float) -> None:
-        """Takes a piece of traffic."""
+        """Take a piece of traffic."""
         if not data:
             return
         due = now

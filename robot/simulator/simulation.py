@@ -17,7 +17,7 @@ from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
 from facetlog.robot.simulator.firmware.drive import Drive, Odometry
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import default_configuration
+from facetlog.robot.simulator.firmware.generations import make_default_configuration
 from facetlog.robot.simulator.heads.canon import CanonHead
 from facetlog.robot.simulator.heads.sony import SonyHead
 from facetlog.robot.simulator.world_file import WorldSetup, make_scene
@@ -67,7 +67,7 @@ class Simulation:
     def __init__(self, setup: WorldSetup, *, head: Device | None = None) -> None:
         self.setup = setup
         self.head = head or make_head(setup.head.kind)
-        self.firmware = _firmware(setup)
+        self.firmware = _make_firmware(setup)
         rng = np.random.default_rng([setup.seed, LINE_STREAM])
         self._to_robot, self._to_client = FaultyLine(rng), FaultyLine(rng)
         self._schedule = Schedule()
@@ -84,13 +84,11 @@ class Simulation:
             port.device = self.head
 
     def receive(self, data: bytes, now: float) -> None:
-        """Bytes from the client."""
         self.advance(now)
         self._to_robot.push(data, now)
         self.advance(now)
 
     def pending(self, now: float) -> bytes:
-        """Bytes for the client."""
         self.advance(now)
         return self._to_client.pull(now)
 
@@ -113,13 +111,12 @@ class Simulation:
         return self.setup.head.port == OWN_PORT
 
     def inject(self, fault: Fault, now: float) -> None:
-        """Injects a fault from now on."""
         self.advance(now)
         self._schedule.add(now, fault)
         self.advance(now)
 
     def advance(self, now: float) -> None:
-        """Advances everything to `now`, in the order of events."""
+        """Advance everything to `now`, in the order of events."""
         while True:
             times = (self._schedule.next_at, self._to_robot.next_at)
             at = min((t for t in times if t is not None), default=math.inf)
@@ -133,14 +130,12 @@ class Simulation:
         self._to_client.push(self.firmware.pending(now), now)
 
     def viewpoint(self, now: float) -> Viewpoint:
-        """The camera's viewpoint."""
         self.advance(now)
         truth = self.firmware.drive.body.truth
         pan, tilt, _ = self._angles(now)
         return Viewpoint(truth.x, truth.y, truth.heading, pan, tilt)
 
     def state(self, now: float) -> SimulationState:
-        """The true state now."""
         self.advance(now)
         drive = self.firmware.drive
         pan, tilt, zoom = self._angles(now)
@@ -207,10 +202,10 @@ class Simulation:
                 self.camera_silent = fault.on
 
 
-def _firmware(setup: WorldSetup) -> Firmware:
+def _make_firmware(setup: WorldSetup) -> Firmware:
     robot = setup.robot
     parameters = parameters_of(robot.model)
-    configuration = replace(default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
+    configuration = replace(make_default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
     start = Truth(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
     world = make_scene(setup.scene)
     obstacles = Obstacles.of(world.solids, radius=parameters.radius, height=robot.height)

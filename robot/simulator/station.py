@@ -63,7 +63,7 @@ def serve(
     head: Endpoint | None,
     stop: threading.Event,
 ) -> None:
-    """Passes bytes until `stop` is set."""
+    """Pass bytes until `stop` is set."""
     turn = ActiveClient(robot)
     ends = [*robot, *([head] if head is not None else [])]
     while not stop.is_set():
@@ -110,13 +110,11 @@ class Addresses:
 
     @property
     def text(self) -> str:
-        """One line for people."""
         parts = asdict(self).items()
         return "  ".join(f"{name} {value}" for name, value in parts if value is not None)
 
     @property
     def json(self) -> str:
-        """One line for programs."""
         return json.dumps({"schema": SCHEMA, **asdict(self)})
 
 
@@ -138,7 +136,7 @@ class Station:
             if line is not None:
                 made.callback(line.close)
                 self._robot.append(line)
-            self._head = _head_endpoint(setup, rng)
+            self._head = _open_head_endpoint(setup, rng)
             if self._head is not None:
                 made.callback(self._head.close)
             self._live = LiveSimulation(Simulation(setup))
@@ -154,7 +152,7 @@ class Station:
         self.addresses = Addresses(
             robot=tcp.address,
             pty=None if line is None else line.address,
-            head=_head_place(setup) if self._head is None else self._head.address,
+            head=_name_head_address(setup) if self._head is None else self._head.address,
             camera=f"{web.address}/",
             still=f"{web.address}/frame.jpg",
             state=f"{web.address}/state",
@@ -167,11 +165,11 @@ class Station:
         return self._camera.process
 
     def draw_first(self) -> None:
-        """Waits until the camera has taken a picture, or for some seconds if it takes none."""
+        """Wait until the camera has taken a picture, or for some seconds if it takes none."""
         self._camera.draw_first(FIRST_PICTURE_S)
 
     def run(self) -> None:
-        """Serves until Ctrl-C or SIGTERM; to be called in the main thread."""
+        """Serve until Ctrl-C or SIGTERM; to be called in the main thread."""
         before = {number: signal.signal(number, self._asked) for number in _ENDING}
         sys.stdout.flush()
         try:
@@ -181,15 +179,14 @@ class Station:
                 signal.signal(number, handler)
 
     def serve(self) -> None:
-        """Serves until `stop`."""
+        """Serve until `stop`."""
         serve(self._live, self._robot, self._head, self._stop)
 
     def stop(self) -> None:
-        """Lets `serve` end."""
+        """Let `serve` end."""
         self._stop.set()
 
     def close(self) -> None:
-        """Gives everything back."""
         self.stop()
         self._made.close()
 
@@ -206,11 +203,11 @@ class Station:
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
-def _head_place(setup: WorldSetup) -> str:
+def _name_head_address(setup: WorldSetup) -> str:
     return "none" if setup.head.kind == "none" else setup.head.port
 
 
-def _head_endpoint(setup: WorldSetup, rng: np.random.Generator) -> Endpoint | None:
+def _open_head_endpoint(setup: WorldSetup, rng: np.random.Generator) -> Endpoint | None:
     if setup.head.kind == "none" or setup.head.port != OWN_PORT:
         return None
     if setup.head.own == PTY:

@@ -170,7 +170,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
     InputError in one line that names the file, the line and the key, and what may stand there.
     """
     if path is None:
-        name, text = DEFAULT_WORLD, _default_text()
+        name, text = DEFAULT_WORLD, _read_default_text()
     else:
         name = str(path)
         try:
@@ -187,7 +187,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
     return setup
 
 
-def _default_text() -> str:
+def _read_default_text() -> str:
     return files("facetlog.robot.simulator").joinpath(DEFAULT_WORLD).read_text(encoding="utf-8")
 
 
@@ -196,38 +196,38 @@ def _refusal(name: str, text: str, error: ValidationError) -> InputError:
     place = tuple(part for part in first["loc"] if isinstance(part, str | int))
     unknown = first["type"] in ("unexpected_keyword_argument", "extra_forbidden")
     said = "there is no such key" if unknown else _lower(str(first["msg"]))
-    return _fault(name, text, place, said)
+    return _make_error(name, text, place, said)
 
 
 def _lower(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
-def _fault(name: str, text: str, place: tuple[str | int, ...], said: str) -> InputError:
+def _make_error(name: str, text: str, place: tuple[str | int, ...], said: str) -> InputError:
     key = ".".join(str(part) for part in place)
-    return InputError(f"{name}:{_line_of(text, place)}: {key}: {said}")
+    return InputError(f"{name}:{_find_line(text, place)}: {key}: {said}")
 
 
 def _check_names(name: str, text: str, setup: WorldSetup) -> None:
     """InputError for names that the project does not have."""
     if setup.scene.world not in WORLDS:
         said = f"no world {setup.scene.world!r}; there are {', '.join(WORLDS)}"
-        raise _fault(name, text, ("scene", "world"), said)
+        raise _make_error(name, text, ("scene", "world"), said)
     if setup.robot.model not in MODELS:
         said = f"no model {setup.robot.model!r}; there are {', '.join(MODELS)}"
-        raise _fault(name, text, ("robot", "model"), said)
+        raise _make_error(name, text, ("robot", "model"), said)
     for key, value in setup.robot.config.items():
         place = ("robot", "config", key)
         if key not in Configuration.__dataclass_fields__:
-            raise _fault(name, text, place, "there is no such field in a CONFIG packet")
+            raise _make_error(name, text, place, "there is no such field in a CONFIG packet")
         wanted = str if "str" in str(Configuration.__dataclass_fields__[key].type) else int
         if not isinstance(value, wanted) or (wanted is int and not 0 <= int(value) <= 0xFFFF):
             said = "give a text" if wanted is str else "give a number from 0 to 65535"
-            raise _fault(name, text, place, said)
+            raise _make_error(name, text, place, said)
     for index, solid in enumerate(setup.scene.solid):
         said = _wrong_size(solid)
         if said:
-            raise _fault(name, text, ("scene", "solid", index, "size"), said)
+            raise _make_error(name, text, ("scene", "solid", index, "size"), said)
 
 
 SIZES = {"box": 3, "pyramid": 3, "cylinder": 2, "wedge": 2, "prism": 1}
@@ -241,7 +241,7 @@ def _wrong_size(solid: SolidSetup) -> str:
     return ""
 
 
-def _line_of(text: str, place: tuple[str | int, ...]) -> int:
+def _find_line(text: str, place: tuple[str | int, ...]) -> int:
     """The line, from 1, of the key at this place, or of the nearest table round it."""
     lines: dict[tuple[str | int, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}

@@ -121,7 +121,7 @@ class LastWill:
         return took
 
     def _write(self, data: bytes) -> bool:
-        """Writes to the line, opened first if it is not open; the next attempt may succeed."""
+        """Write to the line, opened first if it is not open; the next attempt may succeed."""
         try:
             if self.port is None:
                 self.port = open_port(self._address, self._baud, OPEN_AGAIN_TIMEOUT)

@@ -45,7 +45,6 @@ class Packet:
             raise ValueError(f"{len(self.payload)} bytes do not go into one packet")
 
     def to_bytes(self) -> bytes:
-        """As it goes over the line."""
         body = bytes([self.kind]) + self.payload
         count = len(body) + CHECKSUM_BYTES
         return HEADER + bytes([count]) + body + checksum(body).to_bytes(2)
@@ -90,7 +89,7 @@ class Decoder:
         return found
 
     def expire(self) -> list[Received]:
-        """Discards an incomplete packet; returns the packets that were taken for part of it.
+        """Discard an incomplete packet; return the packets that were taken for part of it.
 
         To be called once its bytes have stopped coming (100 ms): the rest will not come.
         """

@@ -4,6 +4,7 @@ import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 from facetlog.robot.pose2 import Pose2
@@ -36,6 +37,60 @@ class Report(IntEnum):
     """The same; during the handshake: a synchronisation packet was out of order."""
 
 
+TEXT = "s"
+Byte = Annotated[int, "B"]
+SignedByte = Annotated[int, "b"]
+Word = Annotated[int, "H"]
+SignedWord = Annotated[int, "h"]
+Long = Annotated[int, "I"]
+Text = Annotated[str, TEXT]
+"""Types of fields with their form on the line; `Text` ends with a zero byte."""
+
+Layout = tuple[tuple[str, str], ...]
+"""Names of the fields in their order on the line, each with its form."""
+
+
+def list_fields(record: type) -> Layout:
+    """Return the fields of a dataclass whose types have a form on the line."""
+    return tuple(
+        (name, part.__metadata__[0])
+        for name, hint in get_type_hints(record, include_extras=True).items()
+        for part in (hint, *get_args(hint))
+        if get_origin(part) is Annotated
+    )
+
+
+def read_fields(layout: Layout, data: bytes) -> dict[str, Any]:
+    """Decode fields down to the first that is missing or incomplete."""
+    found: dict[str, Any] = {}
+    at = 0
+    for name, form in layout:
+        if form == TEXT:
+            end = data.find(b"\0", at)
+            if end < 0:
+                break
+            found[name] = data[at:end].decode("latin-1")
+            at = end + 1
+            continue
+        size = struct.calcsize("<" + form)
+        if len(data) < at + size:
+            break
+        (found[name],) = struct.unpack_from("<" + form, data, at)
+        at += size
+    return found
+
+
+def write_fields(layout: Layout, record: object) -> bytes:
+    """Encode the fields of a record down to the first that is None."""
+    data = b""
+    for name, form in layout:
+        value = getattr(record, name)
+        if value is None:
+            break
+        data += value.encode("latin-1") + b"\0" if form == TEXT else struct.pack("<" + form, value)
+    return data
+
+
 @dataclass(frozen=True, slots=True)
 class Names:
     """The robot's name, class and subclass in its answer to SYNC2."""
@@ -52,7 +107,6 @@ class Names:
         return cls(name, robot_class, subclass)
 
     def to_packet(self) -> Packet:
-        """The answer to SYNC2."""
         parts = (self.name, self.robot_class, self.subclass)
         return Packet(Report.SYNC2, b"".join(part.encode("latin-1") + b"\0" for part in parts))
 
@@ -72,7 +126,6 @@ class Encoders:
         return cls(*struct.unpack_from("<ii", packet.payload))
 
     def to_packet(self) -> Packet:
-        """As the robot sends it."""
         return Packet(Report.ENCODER, struct.pack("<ii", self.left, self.right))
 
 
@@ -99,7 +152,6 @@ class InputsOutputs:
         return cls(inputs, outputs, analog)
 
     def to_packet(self) -> Packet:
-        """As the robot sends it."""
         data = bytes([len(self.digital_in)]) + self.digital_in
         data += bytes([len(self.digital_out)]) + self.digital_out
         data += struct.pack(f"<B{len(self.analog)}H", len(self.analog), *self.analog)
@@ -107,15 +159,18 @@ class InputsOutputs:
 
 
 TEXTS = 2
-BEFORE = struct.Struct("<IHHH")
-POSE = struct.Struct("<iiii")
-BEHIND = struct.Struct("<iiiiiii")
+POSE = struct.Struct("<IHHHiiii")
+"""Flags, three intervals in ms, x, y, z (mm) and heading (degrees)."""
+BEHIND_POSE = struct.Struct("<iiiiiii")
+"""Place on earth with its uncertainty, errors of the odometry as shares of `ERROR_UNIT`."""
 NO_FIX = -1
+HAS_ODOMETRY_ERROR = 1 << 2
+ERROR_UNIT = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
 class TruePose:
-    """The pose in the simulator's world, in metres and radians."""
+    """The pose in the simulator's world, in metres and radians (SIM_STAT in AMRISim's layout)."""
 
     pose: Pose2
 
@@ -127,26 +182,30 @@ class TruePose:
             at = data.find(b"\0", at) + 1
             if not at:
                 raise PacketError("a SIM_STAT packet without its two texts")
-        at += BEFORE.size
         if len(data) < at + POSE.size:
             raise PacketError(f"a SIM_STAT packet of {len(data)} bytes ends before the pose")
-        x, y, _, heading = POSE.unpack_from(data, at)
+        *_, x, y, _, heading = POSE.unpack_from(data, at)
         return cls(Pose2(x / 1e3, y / 1e3, math.radians(heading)))
 
-    def to_packet(self) -> Packet:
-        """As simulators send it: whole millimetres and degrees."""
+    def to_packet(
+        self, interval_ms: int = 0, errors: tuple[float, float, float] | None = None
+    ) -> Packet:
+        """Encode the pose in whole millimetres and degrees.
+
+        `errors` are those of the left wheel, the right wheel and the track, as shares.
+        """
         x, y = round(self.pose.x * 1e3), round(self.pose.y * 1e3)
         heading = round(math.degrees(self.pose.heading))
+        flags = 0 if errors is None else HAS_ODOMETRY_ERROR
+        counts = (round(share / ERROR_UNIT) for share in errors or (0.0, 0.0, 0.0))
         return Packet(
             Report.SIM_STAT,
             bytes(TEXTS)
-            + BEFORE.pack(0, 0, 0, 0)
-            + POSE.pack(x, y, 0, heading)
-            + BEHIND.pack(0, 0, 0, NO_FIX, 0, 0, 0),
+            + POSE.pack(flags, *(interval_ms,) * 3, x, y, 0, heading)
+            + BEHIND_POSE.pack(0, 0, 0, NO_FIX, *counts),
         )
 
 
-CONFIGURATION_KIND = 0x20
 AUTOBAUD = 2
 """Value of `autobaud` of a port that takes a change of its speed."""
 
@@ -154,121 +213,66 @@ SIMULATOR = "facetlog"
 """First word of the serial number of a robot that `facetlog simulate` is; its camera's address is
 the second. Other simulators have "SIM"."""
 
-STRING = "s"
-LAYOUT = (
-    ("robot_class", STRING),
-    ("subclass", STRING),
-    ("serial_number", STRING),
-    ("four_motors", "B"),
-    ("turning_top", "H"),
-    ("speed_top", "H"),
-    ("turning_acceleration_top", "H"),
-    ("acceleration_top", "H"),
-    ("pwm_max", "H"),
-    ("name", STRING),
-    ("cycle_ms", "B"),
-    ("host_baud", "B"),
-    ("aux1_baud", "B"),
-    ("gripper", "H"),
-    ("front_sonar", "H"),
-    ("rear_sonar", "B"),
-    ("low_battery", "H"),
-    ("rev_count", "H"),
-    ("watchdog_ms", "H"),
-    ("normal_packets", "B"),
-    ("stall_value", "H"),
-    ("stall_count", "H"),
-    ("joystick_speed", "H"),
-    ("joystick_turning", "H"),
-    ("turning_max", "H"),
-    ("speed_max", "H"),
-    ("turning_acceleration", "H"),
-    ("turning_deceleration", "H"),
-    ("rot_kp", "H"),
-    ("rot_kv", "H"),
-    ("rot_ki", "H"),
-    ("acceleration", "H"),
-    ("deceleration", "H"),
-    ("trans_kp", "H"),
-    ("trans_kv", "H"),
-    ("trans_ki", "H"),
-    ("front_bumpers", "B"),
-    ("rear_bumpers", "B"),
-    ("charger", "B"),
-    ("sonar_cycle", "B"),
-    ("autobaud", "B"),
-    ("gyro", "B"),
-    ("drift_factor", "h"),
-    ("aux2_baud", "B"),
-    ("aux3_baud", "B"),
-    ("ticks_mm", "H"),
-    ("shutdown_voltage", "H"),
-    ("firmware", STRING),
-    ("gyro_clockwise", "H"),
-    ("gyro_counter_clockwise", "H"),
-    ("kinematics_delay", "B"),
-)
-
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """The robot's make, its limits and its settings."""
 
-    robot_class: str
-    subclass: str
-    serial_number: str | None = None
-    four_motors: int | None = None
-    turning_top: int | None = None
+    robot_class: Text
+    subclass: Text
+    serial_number: Text | None = None
+    four_motors: Byte | None = None
+    turning_top: Word | None = None
     """The robot never turns faster, whatever is commanded."""
-    speed_top: int | None = None
-    turning_acceleration_top: int | None = None
-    acceleration_top: int | None = None
-    pwm_max: int | None = None
-    name: str | None = None
-    cycle_ms: int | None = None
+    speed_top: Word | None = None
+    turning_acceleration_top: Word | None = None
+    acceleration_top: Word | None = None
+    pwm_max: Word | None = None
+    name: Text | None = None
+    cycle_ms: Byte | None = None
     """Between two reports."""
-    host_baud: int | None = None
-    aux1_baud: int | None = None
-    gripper: int | None = None
-    front_sonar: int | None = None
-    rear_sonar: int | None = None
-    low_battery: int | None = None
+    host_baud: Byte | None = None
+    aux1_baud: Byte | None = None
+    gripper: Word | None = None
+    front_sonar: Word | None = None
+    rear_sonar: Byte | None = None
+    low_battery: Word | None = None
     """Tenths of a volt."""
-    rev_count: int | None = None
-    watchdog_ms: int | None = None
-    normal_packets: int | None = None
-    stall_value: int | None = None
-    stall_count: int | None = None
-    joystick_speed: int | None = None
-    joystick_turning: int | None = None
-    turning_max: int | None = None
-    speed_max: int | None = None
-    turning_acceleration: int | None = None
-    turning_deceleration: int | None = None
-    rot_kp: int | None = None
-    rot_kv: int | None = None
-    rot_ki: int | None = None
-    acceleration: int | None = None
-    deceleration: int | None = None
-    trans_kp: int | None = None
-    trans_kv: int | None = None
-    trans_ki: int | None = None
-    front_bumpers: int | None = None
+    rev_count: Word | None = None
+    watchdog_ms: Word | None = None
+    normal_packets: Byte | None = None
+    stall_value: Word | None = None
+    stall_count: Word | None = None
+    joystick_speed: Word | None = None
+    joystick_turning: Word | None = None
+    turning_max: Word | None = None
+    speed_max: Word | None = None
+    turning_acceleration: Word | None = None
+    turning_deceleration: Word | None = None
+    rot_kp: Word | None = None
+    rot_kv: Word | None = None
+    rot_ki: Word | None = None
+    acceleration: Word | None = None
+    deceleration: Word | None = None
+    trans_kp: Word | None = None
+    trans_kv: Word | None = None
+    trans_ki: Word | None = None
+    front_bumpers: Byte | None = None
     """How many there are."""
-    rear_bumpers: int | None = None
-    charger: int | None = None
-    sonar_cycle: int | None = None
-    autobaud: int | None = None
-    gyro: int | None = None
-    drift_factor: int | None = None
-    aux2_baud: int | None = None
-    aux3_baud: int | None = None
-    ticks_mm: int | None = None
-    shutdown_voltage: int | None = None
-    firmware: str | None = None
-    gyro_clockwise: int | None = None
-    gyro_counter_clockwise: int | None = None
-    kinematics_delay: int | None = None
+    rear_bumpers: Byte | None = None
+    charger: Byte | None = None
+    sonar_cycle: Byte | None = None
+    autobaud: Byte | None = None
+    gyro: Byte | None = None
+    drift_factor: SignedWord | None = None
+    aux2_baud: Byte | None = None
+    aux3_baud: Byte | None = None
+    ticks_mm: Word | None = None
+    shutdown_voltage: Word | None = None
+    firmware: Text | None = None
+    gyro_clockwise: Word | None = None
+    gyro_counter_clockwise: Word | None = None
+    kinematics_delay: Byte | None = None
 
     @property
     def simulated(self) -> bool:
@@ -284,37 +288,18 @@ class Configuration:
     @classmethod
     def from_packet(cls, packet: Packet) -> "Configuration":
         """The contents of a CONFIG packet; PacketError if not even class and subclass are in it."""
-        data, at = packet.payload, 0
-        found: dict[str, str | int] = {}
-        for name, form in LAYOUT:
-            if form == STRING:
-                end = data.find(b"\0", at)
-                if end < 0:
-                    break
-                found[name] = data[at:end].decode("latin-1")
-                at = end + 1
-                continue
-            size = struct.calcsize("<" + form)
-            if len(data) < at + size:
-                break
-            (found[name],) = struct.unpack_from("<" + form, data, at)
-            at += size
+        data = packet.payload
+        found = read_fields(LAYOUT, data)
         if "subclass" not in found:
             raise PacketError(f"a CONFIG packet without class and subclass: {data[:40].hex(' ')}")
-        return cls(**found)  # type: ignore[arg-type]
+        return cls(**found)
 
     def to_packet(self) -> Packet:
         """As the robot sends it, with the fields down to the first that is None."""
-        data = b""
-        for name, form in LAYOUT:
-            value = getattr(self, name)
-            if value is None:
-                break
-            if form == STRING:
-                data += value.encode("latin-1") + b"\0"
-            else:
-                data += struct.pack("<" + form, value)
-        return Packet(CONFIGURATION_KIND, data)
+        return Packet(Report.CONFIG, write_fields(LAYOUT, self))
+
+
+LAYOUT = list_fields(Configuration)
 
 
 STOPPED, MOVING = 0x32, 0x33
@@ -323,22 +308,6 @@ SIP_KINDS = frozenset(range(0x30, 0x35))
 
 HEAD = struct.Struct("<HHhhhBHhHBB")
 SONAR = struct.Struct("<BH")
-TAIL = (
-    ("gripper", "H"),
-    ("analog", "B"),
-    ("digital_in", "B"),
-    ("digital_out", "B"),
-    ("battery_10", "H"),
-    ("charge_state", "B"),
-    ("turning", "h"),
-    ("faults", "H"),
-    ("sideways", "h"),
-    ("temperature", "b"),
-    ("charge_percent", "B"),
-    ("timer", "I"),
-    ("flags_3", "I"),
-)
-"""Fields behind the sonar readings, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -373,22 +342,22 @@ class ServerInformation:
     """Bits of the state from AROS on; on P2OS a pulse width that means nothing here."""
     compass: int
     sonar: tuple[SonarReading, ...] = ()
-    gripper: int | None = None
-    analog: int | None = None
-    digital_in: int | None = None
-    digital_out: int | None = None
-    battery_10: int | None = None
+    gripper: Word | None = None
+    analog: Byte | None = None
+    digital_in: Byte | None = None
+    digital_out: Byte | None = None
+    battery_10: Word | None = None
     """Tenths of a volt, of batteries beyond 25.5 V."""
-    charge_state: int | None = None
-    turning: int | None = None
+    charge_state: Byte | None = None
+    turning: SignedWord | None = None
     """Tenths of a degree a second."""
-    faults: int | None = None
-    sideways: int | None = None
-    temperature: int | None = None
-    charge_percent: int | None = None
-    timer: int | None = None
+    faults: Word | None = None
+    sideways: SignedWord | None = None
+    temperature: SignedByte | None = None
+    charge_percent: Byte | None = None
+    timer: Long | None = None
     """Microseconds."""
-    flags_3: int | None = None
+    flags_3: Long | None = None
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "ServerInformation":
@@ -405,13 +374,6 @@ class ServerInformation:
         sonar = tuple(
             SonarReading(*SONAR.unpack_from(data, at)) for at in range(HEAD.size, end, SONAR.size)
         )
-        tail: dict[str, int] = {}
-        for name, form in TAIL:
-            size = struct.calcsize("<" + form)
-            if len(data) < end + size:
-                break
-            (tail[name],) = struct.unpack_from("<" + form, data, end)
-            end += size
         low, high = bumps & 0xFF, bumps >> 8
         return cls(
             x, y, heading, left, right, battery,
@@ -423,7 +385,7 @@ class ServerInformation:
             flags=flags,
             compass=compass,
             sonar=sonar,
-            **tail,
+            **read_fields(TAIL, data[end:]),
         )  # fmt: skip
 
     def to_packet(self, kind: int = STOPPED) -> Packet:
@@ -435,9 +397,8 @@ class ServerInformation:
             self.control, self.flags, self.compass, len(self.sonar),
         )  # fmt: skip
         data += b"".join(SONAR.pack(reading.index, reading.range) for reading in self.sonar)
-        for name, form in TAIL:
-            value = getattr(self, name)
-            if value is None:
-                break
-            data += struct.pack("<" + form, value)
-        return Packet(kind, data)
+        return Packet(kind, data + write_fields(TAIL, self))
+
+
+TAIL = list_fields(ServerInformation)
+"""Fields behind the sonar readings, in their order."""

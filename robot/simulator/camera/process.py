@@ -21,7 +21,7 @@ from pydantic import TypeAdapter
 from facetlog.perception.types import Camera, FloatArray, Image, Pose
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.world import World
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, WorldSetup, make_scene
 
 # Below this motion blur two viewpoints are one: a hundredth of what the renderer resolves.
@@ -40,7 +40,7 @@ PROBES = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.5))
 GreySum = NDArray[np.float32]
 
 
-def _across(camera: Camera, start: Pose, end: Pose) -> FloatArray:
+def _compute_homography(camera: Camera, start: Pose, end: Pose) -> FloatArray:
     """Homography (3, 3) from pixels of one picture to those of another.
 
     Exact for what lies in the plane square to the view through the point of the floor that the
@@ -55,11 +55,11 @@ def _across(camera: Camera, start: Pose, end: Pose) -> FloatArray:
     return np.asarray(K @ (R + np.outer(t, [0.0, 0.0, 1.0]) / d) @ np.linalg.inv(K))
 
 
-def smear_px(camera: Camera, start: Pose, end: Pose) -> float:
-    """By how many pixels a picture moves between two poses, at most; see `_across`."""
+def measure_smear_px(camera: Camera, start: Pose, end: Pose) -> float:
+    """By how many pixels a picture moves between two poses, at most; see `_compute_homography`."""
     size = np.array([camera.width - 1, camera.height - 1])
     pixels = np.array([(*(size * probe), 1.0) for probe in PROBES]).T
-    moved = _across(camera, start, end) @ pixels
+    moved = _compute_homography(camera, start, end) @ pixels
     return float(np.hypot(*(moved[:2] / moved[2] - pixels[:2])).max())
 
 
@@ -70,13 +70,13 @@ class Exposures:
         self, world: World, mount: MountSetup, setup: CameraSetup, rng: np.random.Generator
     ) -> None:
         self._world, self._mount, self._setup, self._rng = world, mount, setup, rng
-        self._camera = camera_of(setup)
+        self._camera = make_camera(setup)
         self._from: Pose | None = None
         self._sharp: Image | None = None
 
     def expose(self, start: Viewpoint, end: Viewpoint) -> Image:
         """The picture (H, W) of an exposure that began and ended at these viewpoints."""
-        smear = smear_px(self._camera, self._pose(start), self._pose(end))
+        smear = measure_smear_px(self._camera, self._pose(start), self._pose(end))
         still = smear < STILL_PX
         picture = self._at_rest(self._pose(start)) if still else self._moving(start, end, smear)
         noise = self._rng.standard_normal(picture.shape, dtype=np.float32)
@@ -88,7 +88,11 @@ class Exposures:
 
     def _at_rest(self, pose: Pose) -> Image:
         before = self._from
-        if self._sharp is None or before is None or smear_px(self._camera, before, pose) > STILL_PX:
+        if (
+            self._sharp is None
+            or before is None
+            or measure_smear_px(self._camera, before, pose) > STILL_PX
+        ):
             self._sharp, self._from = self._render(pose, 1.0), pose
         return self._sharp
 
@@ -99,14 +103,16 @@ class Exposures:
         moments = min(MOST_MOMENTS, 2 + round(smear))
         total: GreySum = np.zeros(sharp.shape, dtype=np.float32)
         for share in (np.arange(moments) + 0.5) / moments:
-            there = _across(self._camera, pose, self._pose(start.towards(end, float(share))))
+            there = _compute_homography(
+                self._camera, pose, self._pose(start.towards(end, float(share)))
+            )
             size = (self._camera.width, self._camera.height)
             moved = cv2.warpPerspective(sharp, there, size, borderMode=cv2.BORDER_REPLICATE)
             cv2.accumulate(moved, total)
         return total / np.float32(moments)
 
     def _render(self, pose: Pose, scale: float) -> Image:
-        camera = camera_of(self._setup, scale)
+        camera = make_camera(self._setup, scale)
         blur = self._setup.blur * scale
         rng = self._rng  # not used without noise
         picture = render(self._world, camera, pose, noise_sd=0.0, blur_px=blur, rng=rng)
@@ -121,18 +127,17 @@ class Exposures:
 PICTURE_STREAM = 3
 
 
-def opening_message(setup: WorldSetup) -> bytes:
-    """What is sent first."""
+def encode_setup(setup: WorldSetup) -> bytes:
     return TypeAdapter(WorldSetup).dump_json(setup)
 
 
-def viewpoints_message(start: Viewpoint, end: Viewpoint) -> bytes:
+def encode_viewpoints(start: Viewpoint, end: Viewpoint) -> bytes:
     """Where the camera was when an exposure began, and when it ended."""
     return json.dumps([asdict(start), asdict(end)]).encode()
 
 
 def main(descriptor: int) -> None:
-    """Answers until the other side goes away."""
+    """Answer until the other side goes away."""
     cv2.setNumThreads(1)
     with Connection(descriptor) as line, suppress(EOFError, OSError):
         setup = TypeAdapter(WorldSetup).validate_json(line.recv_bytes())

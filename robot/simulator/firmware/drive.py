@@ -8,12 +8,12 @@ import math
 import struct
 from dataclasses import dataclass, field, replace
 
-from facetlog.robot.pioneer.packets.commands import NEGATIVE, Command, argument_of
+from facetlog.robot.pioneer.packets.commands import NEGATIVE, Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.simulator.body import STEP, Body, Contacts, Truth, pressed
-from facetlog.robot.simulator.firmware.generations import Generation, generation_of
+from facetlog.robot.simulator.firmware.generations import Generation, find_generation
 
 # A way or heading is reached when less than this is left; both are below a unit of the SIP.
 WAY_REACHED = 2e-4  # metres
@@ -84,17 +84,14 @@ class Servo:
         return self._heading
 
     def drive(self, speed: float) -> None:
-        """VEL."""
         if not self._emergency:
             self._speed, self._way = speed, None
 
     def move(self, way: float) -> None:
-        """MOVE."""
         if not self._emergency:
             self._speed, self._way = 0.0, way
 
     def rotate(self, turning: float) -> None:
-        """RVEL."""
         if not self._emergency:
             self._turning, self._heading = turning, None
 
@@ -118,7 +115,7 @@ class Servo:
             self._heading += turn
 
     def went(self, way: float) -> None:
-        """Reduces the commanded distance by one that was driven, by odometry."""
+        """Reduce the commanded distance by one that was driven, by odometry."""
         if self._way is not None:
             self._way -= way
 
@@ -285,7 +282,7 @@ class Drive:
 
     def reset(self) -> None:
         """As after power-on: motors off, settings and odometry as at first."""
-        self.settings = Settings.of(self.configuration, generation_of(self.parameters.name))
+        self.settings = Settings.of(self.configuration, find_generation(self.parameters.name))
         ahead, turn = self.settings.ramps()
         self.servo = Servo(ahead, turn, *self.settings.hard_decelerations())
         self.contacts = Contacts((self.configuration.stall_count or 0) / 1e3)
@@ -361,7 +358,7 @@ class Drive:
                 self.body.place(self.home)
                 self._set_origin(b"")
             case _:
-                value = argument_of(packet)
+                value = read_argument(packet)
                 if isinstance(value, int):
                     self._obey_number(command, value)
 

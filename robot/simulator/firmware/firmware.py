@@ -4,7 +4,7 @@ import math
 import struct
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.packets.commands import Command, argument_of
+from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet, PacketError
 from facetlog.robot.pioneer.packets.reports import (
     MOVING,
@@ -15,12 +15,18 @@ from facetlog.robot.pioneer.packets.reports import (
     Names,
     Report,
     ServerInformation,
+    TruePose,
 )
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.simulator.body import STEP, Body, MotionErrors, Sonars, Truth
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.body import STEP, Body, Sonars
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.firmware.drive import Drive, Odometry
-from facetlog.robot.simulator.firmware.generations import Generation, generation_of, tail_length
+from facetlog.robot.simulator.firmware.generations import (
+    Generation,
+    count_tail_fields,
+    find_generation,
+)
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
 """By the code that the AUX1BAUD and HOSTBAUD commands carry."""
@@ -60,12 +66,11 @@ class AuxPort:
             self.baud = BAUD_RATES[code]
 
     def reset(self) -> None:
-        """As after power-on."""
         self._came.clear()
         self._wanted, self.baud = 0, BAUD_RATES[0]
 
     def poll(self, now: float) -> Packet | None:
-        """Receives the device's bytes; returns the requested report, once it is complete."""
+        """Receive the device's bytes; return the requested report, once it is complete."""
         if self.device is not None:
             said = self.device.pending(now)
             if not self.silent and self.baud == self.device_baud:
@@ -78,8 +83,7 @@ class AuxPort:
         return packet
 
 
-def aux_ports() -> tuple[AuxPort, AuxPort, AuxPort]:
-    """The three ports, with nothing on them."""
+def make_aux_ports() -> tuple[AuxPort, AuxPort, AuxPort]:
     return AuxPort(Report.SERAUX), AuxPort(Report.SERAUX2), AuxPort(Report.SERAUX3)
 
 
@@ -136,12 +140,10 @@ class Handshake:
 MOTORS_ON, FRONT_SONAR, REAR_SONAR, STOP_BUTTON = 1 << 0, 1 << 1, 1 << 2, 1 << 5
 """Bits of the flags (Pioneer 3 manual, table 8)."""
 LARGEST_I16 = 0x7FFF
-HAS_ODOMETRY_ERROR = 1 << 2
-ERROR_UNIT = 1e-7
 NO_TEMPERATURE = -127
 
 
-def motion_fields(
+def make_motion_fields(
     parameters: Parameters, body: Body, odometry: Odometry, commanded: float | None, bits: int
 ) -> dict[str, int]:
     """Place, heading, wheels' speeds and the commanded heading, as a SIP has them.
@@ -155,10 +157,10 @@ def motion_fields(
     return {
         "x": round(odometry.x / parameters.distance) & mask,
         "y": round(odometry.y / parameters.distance) & mask,
-        "heading": _i16(odometry.heading / parameters.angle),
-        "left": _i16((body.speed - half) / parameters.speed),
-        "right": _i16((body.speed + half) / parameters.speed),
-        "control": _i16(aimed / parameters.angle),
+        "heading": _clip_to_i16(odometry.heading / parameters.angle),
+        "left": _clip_to_i16((body.speed - half) / parameters.speed),
+        "right": _clip_to_i16((body.speed + half) / parameters.speed),
+        "control": _clip_to_i16(aimed / parameters.angle),
     }
 
 
@@ -178,7 +180,7 @@ def tail(count: int, *, turning: float, battery_v: float, digital_out: int) -> d
         "digital_in": 0xFF,
         "digital_out": digital_out,
         "battery_10": round(10 * battery_v),
-        "turning": _i16(10 * math.degrees(turning)),
+        "turning": _clip_to_i16(10 * math.degrees(turning)),
         "temperature": NO_TEMPERATURE,
     }
     return {name: known.get(name, 0) for name, _ in TAIL[:count]}
@@ -187,35 +189,14 @@ def tail(count: int, *, turning: float, battery_v: float, digital_out: int) -> d
 def encoders(body: Body, ticks_mm: int) -> Encoders:
     """What both wheels' encoders have counted since power-on, in 32 bits."""
     left, right = (round(1e3 * way * ticks_mm) for way in (body.left, body.right))
-    return Encoders(_wrapped(left), _wrapped(right))
+    return Encoders(_wrap_to_i32(left), _wrap_to_i32(right))
 
 
-def true_pose_packet(truth: Truth, errors: MotionErrors, interval_ms: int) -> Packet:
-    """The true pose (SIM_STAT): millimetres and whole degrees, in AMRISim's layout.
-
-    Two empty strings, flags, three intervals in ms, x, y, z and heading, latitude, longitude and
-    altitude with their uncertainty (-1: none), and the errors of odometry as shares.
-    """
-    th = round(math.degrees(truth.heading))
-    return Packet(
-        Report.SIM_STAT,
-        b"\0\0"
-        + struct.pack("<IHHH", HAS_ODOMETRY_ERROR, interval_ms, interval_ms, interval_ms)
-        + struct.pack("<iiii", round(1e3 * truth.x), round(1e3 * truth.y), 0, th)
-        + struct.pack("<iiii", 0, 0, 0, -1)
-        + struct.pack("<iii", *(_error(e) for e in (errors.left, errors.right, errors.track))),
-    )
-
-
-def _error(share: float) -> int:
-    return round(share / ERROR_UNIT)
-
-
-def _i16(value: float) -> int:
+def _clip_to_i16(value: float) -> int:
     return max(-LARGEST_I16, min(LARGEST_I16, round(value)))
 
 
-def _wrapped(count: int) -> int:
+def _wrap_to_i32(count: int) -> int:
     return (count + (1 << 31)) % (1 << 32) - (1 << 31)
 
 
@@ -258,7 +239,7 @@ class Firmware:
     sonars: Sonars
     position_bits: int = 15
     """After how many bits the odometry of a SIP rolls over."""
-    ports: tuple[AuxPort, AuxPort, AuxPort] = field(default_factory=aux_ports)
+    ports: tuple[AuxPort, AuxPort, AuxPort] = field(default_factory=make_aux_ports)
     battery_v: float = FULL_BATTERY_V
     baud: int = field(default=BAUD_RATES[0], init=False)
     """Of the line to the client, if it is a serial one."""
@@ -280,13 +261,13 @@ class Firmware:
 
     def __post_init__(self) -> None:
         configuration = self.drive.configuration
-        self._generation = generation_of(self.drive.parameters.name)
+        self._generation = find_generation(self.drive.parameters.name)
         names = Names(configuration.name or "", configuration.robot_class, configuration.subclass)
         self._handshake = Handshake(names)
         self._start()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes bytes that came in at `now`; what is no whole and valid packet is ignored."""
+        """Take bytes that came in at `now`; what is no whole and valid packet is ignored."""
         self.advance(now)
         if self._boot_until is not None or not data:
             return
@@ -306,7 +287,6 @@ class Firmware:
         return said
 
     def advance(self, now: float) -> None:
-        """Advances the robot to `now`."""
         while (at := (self._steps + 1) * STEP) <= now + STEP / 1e3:
             self._steps += 1
             self._step(at)
@@ -390,11 +370,11 @@ class Firmware:
             flags=state if self._generation.reports_motors else 0,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
-            **motion_fields(
+            **make_motion_fields(
                 drive.parameters, body, drive.odometry, drive.servo.heading, self.position_bits
             ),
             **tail(
-                tail_length(self._generation),
+                count_tail_fields(self._generation),
                 turning=body.turning,
                 battery_v=self.battery_v,
                 digital_out=self._digital_out,
@@ -438,7 +418,7 @@ class Firmware:
         elif command is Command.CONFIG:
             self._say(self.drive.settings.reported(self.drive.configuration).to_packet())
         elif command in _OWN:
-            argument = argument_of(packet)
+            argument = read_argument(packet)
             if isinstance(argument, int):
                 self._obey_number(command, argument, now)
             elif argument is not None:
@@ -478,7 +458,9 @@ class Firmware:
     def _streamed(self, command: Command) -> Packet:
         body, cycle_ms = self.drive.body, round(1e3 * self._cycle())
         if command is Command.SIM_STAT:
-            return true_pose_packet(body.truth, body.errors, cycle_ms)
+            truth, errors = body.truth, body.errors
+            pose = Pose2(truth.x, truth.y, truth.heading)
+            return TruePose(pose).to_packet(cycle_ms, (errors.left, errors.right, errors.track))
         if command is Command.ENCODER:
             return encoders(body, self.drive.configuration.ticks_mm or 0).to_packet()
         outputs = bytes([self._digital_out])

@@ -40,9 +40,9 @@ from facetlog.robot.head.visca import (
     ViscaSyntaxError,
     ZoomDrive,
     ZoomTo,
+    encode_reply,
     nibbles,
     parse_command,
-    reply_to_bytes,
 )
 from facetlog.robot.simulator.device import SerialOut, Slew
 
@@ -66,7 +66,6 @@ class SonyMotion:
         return self._pan.at(now), self._tilt.at(now)
 
     def zoom(self, now: float) -> float:
-        """In counts."""
         return self._zoom.at(now)
 
     def move(self, move: AbsoluteMove | RelativeMove, now: float) -> float:
@@ -102,7 +101,7 @@ class SonyMotion:
         return self._zoom.end
 
     def drive_zoom(self, drive: ZoomDrive, now: float) -> None:
-        """Zooms on to an end, or stops."""
+        """Zoom on to an end, or stops."""
         self.stop_zoom(now)
         if drive.direction:
             speed = ZOOM_SPEEDS - 1 if drive.speed is None else drive.speed
@@ -182,10 +181,9 @@ class SonyHead:
         self._ready_at = 0.0 if powered else math.inf
         self._sockets: dict[int, _Running] = {}
         if powered:
-            self._out.say(reply_to_bytes(NetworkChange()), 0.0)
+            self._out.say(encode_reply(NetworkChange()), 0.0)
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes bytes that came in at `now`."""
         self._advance(now)
         for byte in data:
             self._frame.append(byte)
@@ -300,7 +298,7 @@ class SonyHead:
         )
 
     def _begin(self, command: Command, now: float) -> float:
-        """Sets it going at `now`; when it will be done."""
+        """Set it going at `now`; when it will be done."""
         match command:
             case AbsoluteMove() | RelativeMove():
                 return self._motion.move(command, now)
@@ -360,14 +358,14 @@ class SonyHead:
                 self._motion.stop(now)
 
     def _break_off(self, part: _Part, now: float) -> None:
-        """Ends the motions of a part, the one that runs and the one that waits."""
+        """End the motions of a part, the one that runs and the one that waits."""
         for socket, running in sorted(self._sockets.items()):
             if _part(running.command) is part:
                 del self._sockets[socket]
                 self._say(Completed(socket), now)
 
     def _advance(self, now: float) -> None:
-        """Completes what was done by `now`, in order, and sets going what waited for it."""
+        """Complete what was done by `now`, in order, and start what waited for it."""
         while True:
             ended = [(r.end, s) for s, r in self._sockets.items() if r.end is not None]
             end, socket = min(ended, default=(math.inf, 0))
@@ -383,4 +381,4 @@ class SonyHead:
                 running.end = self._begin(running.command, now)
 
     def _say(self, reply: Reply, now: float) -> None:
-        self._out.say(reply_to_bytes(reply, self._address), now + ANSWER_S)
+        self._out.say(encode_reply(reply, self._address), now + ANSWER_S)

@@ -19,10 +19,10 @@ import numpy as np
 from facetlog.errors import DeviceError, InputError
 
 
-def host_and_port(address: str, option: str) -> tuple[str, int]:
+def split_host_and_port(address: str, option: str) -> tuple[str, int]:
     """Host and port of `HOST:PORT` (port 0: any free one); InputError names the `option`.
 
-    >>> host_and_port("127.0.0.1:8101", "--listen")
+    >>> split_host_and_port("127.0.0.1:8101", "--listen")
     ('127.0.0.1', 8101)
     """
     host, colon, port = address.rpartition(":")
@@ -41,7 +41,7 @@ def bound(error: OSError, address: str, option: str) -> DeviceError:
 
 def listener(address: str, option: str) -> socket.socket:
     """A socket that listens there and does not block; DeviceError if that cannot be."""
-    host, port = host_and_port(address, option)
+    host, port = split_host_and_port(address, option)
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         made = socket.create_server((host, port), family=family, backlog=2)
@@ -84,13 +84,13 @@ class Endpoint(Protocol):
         """Bytes from a client since the last call."""
 
     def write(self, data: bytes, now: float, baud: int) -> None:
-        """Sends to the client, if there is one."""
+        """Send to the client, if there is one."""
 
     def hang_up(self) -> None:
-        """Closes the client's connection, where there is one to close; another is taken."""
+        """Close the client's connection, where there is one to close; another is taken."""
 
     def close(self) -> None:
-        """Gives everything back."""
+        """Give everything back."""
 
 
 class TcpEndpoint:
@@ -138,13 +138,11 @@ class TcpEndpoint:
             self.hang_up()
 
     def hang_up(self) -> None:
-        """Closes the client's connection."""
         if self._client is not None:
             self._client.close()
             self._client = None
 
     def close(self) -> None:
-        """Closes port and connection."""
         self.hang_up()
         self._listener.close()
 
@@ -198,7 +196,6 @@ class PtyEndpoint:
         return [self._master]
 
     def read(self, baud: int) -> bytes:
-        """What clients sent."""
         speed, at = self._speed(), time.monotonic()
         if speed != self._now:
             self._before, self._now, self._changed = self._now, speed, at
@@ -211,7 +208,7 @@ class PtyEndpoint:
         return data if baud in (speed, recent) else self._rng.bytes(len(data))
 
     def write(self, data: bytes, now: float, baud: int) -> None:
-        """Sends as fast as the speed lets it; the rest the next time."""
+        """Send as fast as the speed lets it; the rest the next time."""
         self._unsent += data[: UNSENT - len(self._unsent)]
         self._sent_until = max(self._sent_until, now - CHUNK * BITS_A_BYTE / baud)
         count = min(int((now - self._sent_until) * baud / BITS_A_BYTE), len(self._unsent))
@@ -231,7 +228,7 @@ class PtyEndpoint:
         """Nothing: a serial line has no connection."""
 
     def close(self) -> None:
-        """Gives the pseudo terminal back."""
+        """Give the pseudo terminal back."""
         os.close(self._master)
         os.close(self._slave)
 

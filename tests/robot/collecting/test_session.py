@@ -12,8 +12,8 @@ import pytest
 from facetlog.commands.robot_words import early_end_line
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.camera.optics import Optics
+from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.option_words import stated_pose

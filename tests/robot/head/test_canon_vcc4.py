@@ -14,7 +14,7 @@ from facetlog.robot.head.canon import (
     VC_C50I,
     CanonCommand,
     CanonModel,
-    command_to_bytes,
+    encode_command,
     hexadecimal,
     move,
 )
@@ -208,7 +208,7 @@ def test_noise_on_the_line_ends_in_an_error_that_says_so() -> None:
 @models
 def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) -> None:
     head, line = started(model)
-    line.device.receive(command_to_bytes(CanonCommand.POWER, b"0"), line.now)
+    line.device.receive(encode_command(CanonCommand.POWER, b"0"), line.now)
     line.sleep(6.0)
     for act in (lambda: head.look(0.5, 0.1), head.where):
         with pytest.raises(DeviceError, match="start it again"):
@@ -219,7 +219,7 @@ def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) ->
 
 def test_a_head_that_is_slowed_down_is_waited_for_until_the_timeout() -> None:
     head, line = started()
-    line.device.receive(command_to_bytes(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
+    line.device.receive(encode_command(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
     line.sleep(0.2)
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from facetlog.robot.pioneer.packets.commands import Command, argument_of
+from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.packets.reports import (
     Configuration,
@@ -103,7 +103,7 @@ class ScriptedRobot:
 
     def _take(self, packet: Packet, now: float) -> None:
         name = Command(packet.kind).name
-        argument = argument_of(packet)
+        argument = read_argument(packet)
         self.commands.append((now, name, argument))
         if self.session == "waiting":
             self._synchronise(packet, now)

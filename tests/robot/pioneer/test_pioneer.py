@@ -283,11 +283,6 @@ def _with_names(scripted: ScriptedRobot, names: bytes) -> Callable[..., None]:
     return synchronise
 
 
-def test_the_users_model_goes_before_what_the_robot_says() -> None:
-    with Pioneer.connect(ScriptedPort(ScriptedRobot()), model="P2AT") as robot:
-        assert robot.parameters.name == "p2at"
-
-
 def test_a_model_that_there_is_not_is_refused_before_anything_is_sent() -> None:
     port = ScriptedPort(ScriptedRobot())
     with pytest.raises(InputError, match="p3dx"):

@@ -13,7 +13,7 @@ from facetlog.robot.simulator.serving.endpoints import (
     UNDER_WAY,
     PtyEndpoint,
     TcpEndpoint,
-    host_and_port,
+    split_host_and_port,
 )
 from tests.patience import allowed
 
@@ -46,7 +46,7 @@ def terminal() -> Iterator[PtyEndpoint]:
 
 
 def dial(end: TcpEndpoint) -> socket.socket:
-    host, port = host_and_port(end.address.removeprefix("tcp:"), OPTION)
+    host, port = split_host_and_port(end.address.removeprefix("tcp:"), OPTION)
     return socket.create_connection((host, port), timeout=allowed(10.0))
 
 
