@@ -10,8 +10,6 @@ from typing import Protocol
 
 from facetlog.errors import DeviceTimeout
 
-__all__ = ["ByteLine", "BytePort", "PortLine"]
-
 MOST_READS_OF_A_FLUSH = 256
 """A device that never stops sending must not block `flush` for ever."""
 
@@ -20,10 +18,10 @@ class ByteLine(Protocol):
     """A line that sends bytes to a device and receives a known number of bytes."""
 
     def flush(self) -> None:
-        """Discards bytes that came in and were not received."""
+        """Discard bytes that came in and were not received."""
 
     def send(self, data: bytes) -> None:
-        """Sends all of `data`."""
+        """Send all of `data`."""
 
     def receive(self, count: int, timeout: float) -> bytes:
         """The next `count` bytes, waiting `timeout` seconds at most.
@@ -32,7 +30,7 @@ class ByteLine(Protocol):
         """
 
     def close(self) -> None:
-        """Gives the line back; it cannot be used afterwards."""
+        """Give the line back; it cannot be used afterwards."""
 
 
 class BytePort(Protocol):
@@ -42,10 +40,10 @@ class BytePort(Protocol):
         """What is there, at least one byte; b"" if nothing came in `timeout` seconds."""
 
     def write(self, data: bytes, /) -> None:
-        """Sends all of it."""
+        """Send all of it."""
 
     def close(self) -> None:
-        """Closes the port."""
+        """Close the port."""
 
 
 class PortLine:
@@ -56,14 +54,12 @@ class PortLine:
         self._came_in = bytearray()
 
     def flush(self) -> None:
-        """Discards bytes that came in and were not received."""
         self._came_in.clear()
         for _ in range(MOST_READS_OF_A_FLUSH):
             if not self._port.read(0.0):
                 return
 
     def send(self, data: bytes) -> None:
-        """Sends all of `data`."""
         self._port.write(data)
 
     def receive(self, count: int, timeout: float) -> bytes:
@@ -82,5 +78,4 @@ class PortLine:
         return taken
 
     def close(self) -> None:
-        """Closes the port."""
         self._port.close()

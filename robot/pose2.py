@@ -3,8 +3,6 @@
 import math
 from dataclasses import dataclass
 
-__all__ = ["Pose2", "wrapped"]
-
 
 def wrapped(angle: float) -> float:
     """The same direction within (-π, π], radians.

@@ -18,8 +18,6 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
 from facetlog.robot.rendering.world import GroundTruth
 
-__all__ = ["Format", "pan_tilt_angles", "write_ground_truth", "write_views"]
-
 # OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 # transforms.json counts pixels from the corner of the first one, facetlog from its middle.

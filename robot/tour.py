@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import Camera, FloatArray, Pose
 
-__all__ = ["looking_at", "ring_poses", "tour_camera", "tour_poses"]
-
 TOUR_WIDTH_PX = 640
 TOUR_HEIGHT_PX = 480
 # SET-IV stands 33-37 in away: a lens of 48.8 degrees cuts a corner or two off, 65 shows all.

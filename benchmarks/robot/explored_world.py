@@ -27,8 +27,8 @@ from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
 from facetlog.robot.mount.mount import DEFAULT_MOUNT, LENGTHS, PARAMETERS, Mount
-from facetlog.robot.pioneer.odometry import Odometry
 from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.state import Odometry
 from facetlog.robot.pose2 import Pose2, wrapped
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import World
@@ -40,7 +40,7 @@ from facetlog.robot.rendering.worlds import (
     with_clutter,
     world_of,
 )
-from facetlog.robot.simulator.body.dynamics import STEP, Body, MotionErrors, Truth
+from facetlog.robot.simulator.body import STEP, Body, MotionErrors, Truth
 from facetlog.robot.tour import tour_camera
 
 __all__ = ["KEEP_OUT", "ExploredWorld", "OdometryRobot"]

@@ -1,6 +1,6 @@
 """What a simulated robot without a clock reports of its motion."""
 
-from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
+from facetlog.robot.pioneer.packets.reports import ServerInformation, SonarReading
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pose2 import Pose2, wrapped
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import Image
 
-__all__ = ["Quality", "faults_of", "quality_of"]
-
 # Pixels: smoothing before the two gradients that are compared. The finer passes little more than a
 # picture's own blur, the coarser still finds an edge that motion has spread over 30 pixels.
 FINE_PX, COARSE_PX = 1.0, 3.0
@@ -69,7 +67,7 @@ class Quality:
         return float(np.hypot.reduce(known)) if known else float("inf")
 
 
-def quality_of(image: Image) -> Quality:
+def measure_quality(image: Image) -> Quality:
     """Blur and share of clipped pixels of a picture, grey (H, W) or colour (H, W, 3)."""
     grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
     ends = np.count_nonzero(grey == DARKEST) + np.count_nonzero(grey == BRIGHTEST)
@@ -84,8 +82,8 @@ def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
     up to C² / (2 sqrt(π (s² + b²))): the ratio r of two such sums, less what noise adds to them,
     gives b² = (s₂² - r² s₁²) / (r² - 1).
     """
-    noise = max(_noise_sd(grey), ROUNDING_SD)
-    fine, coarse = _gradients(grey, FINE_PX), _gradients(grey, COARSE_PX)
+    noise = max(_estimate_noise_sd(grey), ROUNDING_SD)
+    fine, coarse = _compute_gradients(grey, FINE_PX), _compute_gradients(grey, COARSE_PX)
     least = EDGE_SDS * noise * _noise_gain(COARSE_PX)
     size = 2 * round(BESIDE_EDGE_SDS * COARSE_PX) + 1
     found: list[float | None] = []
@@ -101,11 +99,11 @@ def _blur(grey: NDArray[np.float32]) -> tuple[float | None, float | None]:
             - np.count_nonzero(near) * (noise * _noise_gain(smoothing)) ** 2
             for gradient, smoothing in ((fine, FINE_PX), (coarse, COARSE_PX))
         ]
-        found.append(_blur_px(sums[0] / sums[1]))
+        found.append(_measure_blur_px(sums[0] / sums[1]))
     return found[0], found[1]
 
 
-def _blur_px(ratio: float) -> float:
+def _measure_blur_px(ratio: float) -> float:
     """That of edges whose fine gradients sum up to so many times the coarse ones."""
     s1, s2 = FINE_PX**2 + OF_MASK_PX2, COARSE_PX**2 + OF_MASK_PX2
     # Of what is finer than an edge, as print, the ratio is larger; without end it is 1.
@@ -113,7 +111,7 @@ def _blur_px(ratio: float) -> float:
     return float(np.sqrt((s2 - r2 * s1) / (r2 - 1.0)))
 
 
-def _gradients(grey: NDArray[np.float32], smoothing: float) -> NDArray[np.float32]:
+def _compute_gradients(grey: NDArray[np.float32], smoothing: float) -> NDArray[np.float32]:
     """Across and down, (2, H, W), in grey levels per pixel."""
     smooth = cv2.GaussianBlur(grey, (0, 0), smoothing)
     return np.array(
@@ -121,7 +119,7 @@ def _gradients(grey: NDArray[np.float32], smoothing: float) -> NDArray[np.float3
     )
 
 
-def _noise_sd(grey: NDArray[np.float32]) -> float:
+def _estimate_noise_sd(grey: NDArray[np.float32]) -> float:
     through = np.abs(cv2.filter2D(grey, cv2.CV_32F, NOISE_MASK))
     return float(np.median(through)) / (MEDIAN_OF_NORMAL * NOISE_GAIN)
 
@@ -134,7 +132,7 @@ def _noise_gain(smoothing: float) -> float:
     half = 6 * round(COARSE_PX)
     point = np.zeros((2 * half + 1, 2 * half + 1), np.float32)
     point[half, half] = 1.0
-    return float(np.linalg.norm(_gradients(point, smoothing)[0]))
+    return float(np.linalg.norm(_compute_gradients(point, smoothing)[0]))
 
 
 def faults_of(quality: Quality, others: Sequence[Quality]) -> tuple[str, ...]:

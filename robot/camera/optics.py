@@ -5,8 +5,6 @@ from dataclasses import dataclass, field
 from facetlog.errors import DeviceError
 from facetlog.perception.types import Camera, Image
 
-__all__ = ["Optics"]
-
 
 @dataclass(frozen=True, slots=True)
 class Optics:

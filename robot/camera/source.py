@@ -1,8 +1,9 @@
 """Cameras by address: a device, a stream, a still over HTTP, or a file of frames.
 
-Devices and streams are read by a thread that takes every frame as soon as it is there, so that
-none grows old in a buffer. A still is requested when needed. A file has no times: each shot is its
-next frame.
+A video source returns buffered frames first, so a frame requested after a move may show the scene
+before it. So a thread reads devices and streams and puts each frame as it arrives, and the consumer
+gives the time after which its exposure must have begun. A still is requested when needed. A file
+has no times: each shot is its next frame.
 """
 
 import os
@@ -11,6 +12,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 from urllib.parse import urlsplit
@@ -18,11 +20,124 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 
-from facetlog.errors import DeviceError, InputError
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import Frame, LatestFrame
 
-__all__ = ["FileSource", "FrameSource", "StillSource", "VideoSource", "open_camera"]
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Frame:
+    """A picture, grey (H, W) or blue-green-red (H, W, 3), and when it arrived (monotonic, s).
+
+    `silent` is for how long the camera had given none before, if that was longer than it should be,
+    since the frame that was taken before this one (s, 0 if not).
+    """
+
+    image: Image
+    arrived: float
+    silent: float = 0.0
+
+
+class LatestFrame:
+    """The newest frame of a camera, put by one thread and waited for by others.
+
+    `latency` bounds the seconds between the beginning of a frame's exposure and its arrival.
+    `noisy` says that two exposures never give the same pixels: then a frame that is like the one
+    before it is no new exposure.
+    """
+
+    def __init__(self, name: str, *, latency: float, noisy: bool) -> None:
+        self._name, self._latency, self._noisy = name, latency, noisy
+        self._changed = threading.Condition()
+        self._frame: Frame | None = None
+        self._fresh = False
+        self._repeats = 0
+        self._count = 0
+        self._silent = 0.0
+        self._failure = ""
+        self._closed = False
+
+    def put(self, image: Image, arrived: float, silent: float = 0.0) -> None:
+        """Take a frame that arrived, after so many `silent` seconds: see `Frame`."""
+        with self._changed:
+            before = self._frame
+            same = before is not None and np.array_equal(before.image, image)
+            self._repeats = self._repeats + 1 if same else 0
+            self._fresh = not (same and self._noisy)
+            self._frame = Frame(image, arrived)
+            self._count += 1
+            self._silent = max(self._silent, silent)
+            self._failure = ""
+            self._changed.notify_all()
+
+    def fail(self, reason: str) -> None:
+        """Take the reason why no frame comes; the next frame takes it back."""
+        with self._changed:
+            self._failure = reason
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def shot(self, after: float, timeout: float) -> Frame:
+        """A frame whose exposure began after the time `after` (monotonic, s).
+
+        DeviceTimeout if none comes within `timeout` seconds: the camera has stopped, or shows the
+        same pixels again and again. DeviceError if it was closed.
+        """
+        deadline = time.monotonic() + timeout
+        with self._changed:
+            first = self._count
+            while (frame := self._taken(after)) is None:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    raise self._complaint(self._count - first, timeout)
+                self._changed.wait(left)
+            return frame
+
+    @property
+    def count(self) -> int:
+        """Frames that arrived so far."""
+        with self._changed:
+            return self._count
+
+    def taken(self, after: float) -> Frame | None:
+        """The newest frame if its exposure began after `after`, else None; does not wait."""
+        with self._changed:
+            return self._taken(after)
+
+    def complaint(self, since: int, timeout: float) -> DeviceTimeout:
+        """What to say where no frame could be taken; `since` was `count` before, s."""
+        with self._changed:
+            return self._complaint(self._count - since, timeout)
+
+    def _taken(self, after: float) -> Frame | None:
+        if self._closed:
+            raise DeviceError(f"camera {self._name} was closed")
+        frame = self._frame
+        if frame is not None and self._fresh and frame.arrived - self._latency >= after:
+            silent, self._silent = self._silent, 0.0
+            return replace(frame, silent=silent)
+        return None
+
+    def _complaint(self, came: int, timeout: float) -> DeviceTimeout:
+        if came == 0:
+            why = f" ({self._failure})" if self._failure else ""
+            return DeviceTimeout(
+                f"camera {self._name} sent no picture for {timeout:.1f} s{why}: "
+                "check that it is on and that nothing else uses it"
+            )
+        if not self._fresh:
+            return DeviceTimeout(
+                f"camera {self._name} is frozen: its last {self._repeats + 1} pictures are the "
+                "same to the pixel: switch it off and on"
+            )
+        return DeviceTimeout(
+            f"camera {self._name} sent {came} pictures in {timeout:.1f} s, none of them surely "
+            f"taken after the robot stood (its latency may be {self._latency:g} s): wait longer"
+        )
+
 
 # Default latency: the largest number of seconds between the beginning of an exposure and the
 # arrival of its frame. A device: an exposure of 1/15 s, two frames in transit at 15 a second,
@@ -54,7 +169,7 @@ class FrameSource(Protocol):
         """
 
     def close(self) -> None:
-        """Gives the camera back."""
+        """Give the camera back."""
 
 
 def open_camera(
@@ -68,10 +183,12 @@ def open_camera(
     exposure a frame may arrive, in seconds. `noisy` says whether two exposures always differ in
     some pixel, as those of a real sensor do; then a camera that repeats itself is known as frozen.
     """
-    _quieten()
+    _silence_opencv()
     live = True if noisy is None else noisy
     if address.isdecimal():
-        return _device(int(address), address, DEVICE_LATENCY if latency is None else latency, live)
+        return _open_device(
+            int(address), address, DEVICE_LATENCY if latency is None else latency, live
+        )
     parts = urlsplit(address)
     scheme = parts.scheme.lower()
     if scheme in ("http", "https") and _is_still(parts.path, parts.query):
@@ -84,7 +201,7 @@ def open_camera(
         )
     path = Path(address)
     if path.is_char_device():
-        return _device(address, address, DEVICE_LATENCY if latency is None else latency, live)
+        return _open_device(address, address, DEVICE_LATENCY if latency is None else latency, live)
     if path.is_file() or ("%" in path.name and path.parent.is_dir()):
         return FileSource(address)
     raise InputError(
@@ -93,8 +210,8 @@ def open_camera(
     )
 
 
-def _quieten() -> None:
-    """Silences OpenCV and FFmpeg on the terminal: this program reports errors itself."""
+def _silence_opencv() -> None:
+    """Silence OpenCV and FFmpeg on the terminal: this program reports errors itself."""
     # FFmpeg's part reads the variable when it opens its first file; -8 is its "quiet".
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
@@ -105,7 +222,7 @@ def _is_still(path: str, query: str) -> bool:
     return path.lower().endswith(STILL_SUFFIXES) or any(word in wanted for word in STILL_WORDS)
 
 
-def _device(number: int | str, name: str, latency: float, noisy: bool) -> "VideoSource":
+def _open_device(number: int | str, name: str, latency: float, noisy: bool) -> "VideoSource":
     return VideoSource(
         lambda: cv2.VideoCapture(number, cv2.CAP_V4L2),
         name,
@@ -169,7 +286,7 @@ class VideoSource:
         return self._newest.shot(after, timeout)
 
     def close(self) -> None:
-        """Ends the thread, which may take as long as a frame may take, and frees the camera."""
+        """End the thread, which may take as long as a frame may take, and free the camera."""
         self._ending.set()
         self._newest.close()
         self._thread.join((OPEN_TIMEOUT_MS + READ_TIMEOUT_MS) / 1000)
@@ -275,5 +392,4 @@ class FileSource:
         return Frame(np.asarray(image, dtype=np.uint8), after)
 
     def close(self) -> None:
-        """Closes the file."""
         self._capture.release()

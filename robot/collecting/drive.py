@@ -2,11 +2,16 @@
 
 Each report of the robot gives the next speeds, and each command is valid only for its lease: if
 this program hangs or dies, the driver stops the robot. All times are those of the robot's reports.
+
+A sonar reports the nearest echo anywhere in its beam, so the echo counts as lying wherever in the
+beam it would be in the way. Sonars see what is at their height, some 0.2 m, and no smooth wall at a
+grazing angle: they make driving safer, the keep-out circles make it safe.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
@@ -18,13 +23,66 @@ from facetlog.robot.collecting.steering import (
     Pace,
     Progress,
     along,
-    towards_heading,
+    turn_to_heading,
 )
-from facetlog.robot.collecting.way_ahead import Body, free_ahead, safe_speed
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MobileBase", "Robot", "RobotView", "WayBlockedError"]
+# A beam is some 30 degrees wide (Pioneer 2 manual); an arc of it is looked at in so many places.
+BEAM, PLACES = math.radians(30.0), 5
+# An echo this old shows the way no longer, seconds: eight sonars of an array take 0.32 in turn.
+FRESH = 1.0
+# Metres beside the robot's width that count as its way: driving misses its route by 2 cm.
+BESIDE = 0.02
+# A sonar measures from 0.1 m on (Pioneer 2 manual), right to 1 cm: what it reports to be no farther
+# than this may be at any distance.
+NEAREST = 0.12
+# Metres that are left before what is ahead: a sonar is right to 1 cm, and as much again.
+ROOM = 0.02
+# Seconds until the robot begins to brake: a report's cycle of 0.1, a lease of 0.3, and 0.05 until
+# the firmware looks at what came. It brakes by the maker's deceleration at least, m/s².
+UNNOTICED, BRAKING = 0.45, 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Radius of the circle about the robot's middle that holds it, and its width, metres."""
+
+    radius: float
+    width: float
+
+
+def free_ahead(sonars: Iterable[SonarRange], body: Body, at: float, speed: float) -> float:
+    """Metres until the robot's front reaches the nearest echo in its way; infinite without one.
+
+    `at` is the time of the report (s), `speed` the robot's ahead (m/s): it has come nearer since an
+    echo was heard.
+    """
+    free = math.inf
+    for sonar in sonars:
+        age = at - sonar.at
+        if sonar.place is None or age > FRESH:
+            continue
+        for i in range(PLACES):
+            angle = sonar.place.heading + BEAM * (i / (PLACES - 1) - 0.5)
+            x = sonar.place.x + sonar.range * math.cos(angle)
+            y = sonar.place.y + sonar.range * math.sin(angle)
+            if x > 0 and abs(y) <= body.width / 2 + BESIDE:
+                left = x - body.radius - max(speed, 0.0) * age
+                free = min(free, left if sonar.range > NEAREST else 0.0)
+    return free
+
+
+def safe_speed(free: float) -> float:
+    """The speed (m/s) from which the robot stands before what is so many metres ahead.
+
+    >>> [round(safe_speed(free), 2) for free in (0.02, 0.1, 0.5)]
+    [0.0, 0.12, 0.42]
+    """
+    # v t + v² / 2a = s
+    way = max(free - ROOM, 0.0)
+    return BRAKING * (math.sqrt(UNNOTICED**2 + 2 * way / BRAKING) - UNNOTICED)
+
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
 # and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
@@ -115,7 +173,7 @@ class Robot(Protocol):
         """What stopped it and still blocks driving; the text is for people."""
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
-        """Moves for as long as the lease, m/s and rad/s."""
+        """Move for as long as the lease, m/s and rad/s."""
 
     def stop(self) -> None:
         """Stops."""
@@ -166,7 +224,7 @@ class MobileBase:
         return self.start.compose(state.pose)
 
     def follow(self, route: Route) -> None:
-        """Drives along a route and stops at its end.
+        """Drive along a route and stop at its end.
 
         DeviceError if something stops or holds the robot, DeviceTimeout if it takes far too long
         or its reports cease; a stop is commanded first in any case.
@@ -182,8 +240,8 @@ class MobileBase:
         self._drive(steer, route_length(route) / self._pace.speed + corners)
 
     def turn_to(self, heading: float) -> None:
-        """Turns on the spot to a heading in the world; errors as of `follow`."""
-        self._drive(lambda here: towards_heading(here, heading, self._pace), 0.0)
+        """Turn on the spot to a heading in the world; errors as of `follow`."""
+        self._drive(lambda here: turn_to_heading(here, heading, self._pace), 0.0)
 
     def stand(self, settle: float) -> RobotView:
         """The report after the robot has stood still for `settle` seconds.

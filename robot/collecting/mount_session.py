@@ -23,8 +23,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["BoardRig", "stations_before", "take_sightings"]
-
 SETTLE, HEAD_SETTLE, SHOT_TIMEOUT = 0.6, 0.2, 10.0
 # Angles to each side at which the board is searched at first, nearest first.
 SEARCH_PANS_DEG, SEARCH_TILTS_DEG = (0, -30, 30, -60, 60), (0, -15, 15)
@@ -52,12 +50,12 @@ class BoardRig:
     radius: float
 
 
-def stations_before(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
+def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
     """Where the robot stands to see a board at (x, y, …), itself at the origin facing along x.
 
     No part of a robot of this radius comes within half a metre of the board.
 
-    >>> [round(pose.x, 2) for pose in stations_before(np.array([1.5, 0.0]), 0.25)]
+    >>> [round(pose.x, 2) for pose in plan_stations(np.array([1.5, 0.0]), 0.25)]
     [0.0, 0.0, 0.0, 0.4, 0.4, 0.4, 0.2]
     """
     far = math.hypot(board[0], board[1])
@@ -80,8 +78,8 @@ def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sig
     first, gaze = _search(rig, report)
     place = _placed(rig, state, first, gaze)
     start = rig.base.place(state)
-    report(f"the board is {math.hypot(*_off(place, start)):.2f} m away")
-    stations = stations_before(np.array(_off(place, start)), rig.radius)
+    report(f"the board is {math.hypot(*_measure_offset(place, start)):.2f} m away")
+    stations = plan_stations(np.array(_measure_offset(place, start)), rig.radius)
     for number, station in enumerate(stations):
         at = start.compose(station)
         here = rig.base.place(rig.base.state)
@@ -148,7 +146,7 @@ def _placed(rig: BoardRig, state: RobotView, corners: Corners, gaze: Gaze) -> Po
     return place
 
 
-def _off(place: Pose, start: Pose2) -> tuple[float, float]:
+def _measure_offset(place: Pose, start: Pose2) -> tuple[float, float]:
     """The board's corner on the floor, as seen from a place."""
     there = start.between(Pose2(float(place.centre[0]), float(place.centre[1]), 0.0))
     return there.x, there.y

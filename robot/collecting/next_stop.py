@@ -16,25 +16,13 @@ from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
 from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
+from facetlog.robot.collecting.ring_views import PLACES, Candidate, list_ring_candidates
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import BLOCKED, Listener
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadLimits
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
-
-__all__ = [
-    "CHOSEN",
-    "EXPLORED",
-    "Around",
-    "Chooser",
-    "Chosen",
-    "ChosenStops",
-    "Finished",
-    "place_sd",
-    "reach_of_mount",
-]
 
 CHOSEN, EXPLORED = "chosen", "explored"
 """What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
@@ -46,7 +34,7 @@ OUTSIDE = 0.01
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Around:
-    """The rings round a target (3,), for a robot that stands at `here`: see `ring_candidates`."""
+    """The rings round a target (3,), for a robot at `here`: see `list_ring_candidates`."""
 
     target: FloatArray
     radius: float
@@ -59,7 +47,7 @@ class Around:
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
         """The views that can be taken from here, as view `number`."""
-        return ring_candidates(
+        return list_ring_candidates(
             self.target, self.radius, self.first, number, self.here, self.reach, self.pace
         )
 

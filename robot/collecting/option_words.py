@@ -11,8 +11,6 @@ from typing import TypeVar
 from facetlog.errors import FacetlogError
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["COLLECT_AGAIN", "resumed_from", "stated_pose", "worded"]
-
 Fault = TypeVar("Fault", bound=FacetlogError)
 
 RESUME = "go on with --resume --start "

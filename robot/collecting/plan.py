@@ -27,8 +27,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_pose, stand_for
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows", "stop_for"]
-
 # Kept free at both ends of the pan: by how much the robot's heading may be off where it stops.
 PAN_MARGIN = math.radians(6.0)
 # Headings that are tried within what the pan allows, besides those of arriving and leaving.
@@ -129,7 +127,7 @@ def plan_stops(
             here = found.robot
         else:
             skipped.append(found)
-    return Plan(tuple(stops), tuple(skipped), _remarks(stops, reach))
+    return Plan(tuple(stops), tuple(skipped), _list_remarks(stops, reach))
 
 
 def _place(view: TourView) -> Point:
@@ -157,21 +155,21 @@ def stop_for(
     point = _point_of(view, target)
     if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
         return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
-    bearings = _bearings(here, _place(view), following, reach)
-    headings = _headings(view, point, bearings, reach)
+    bearings = _find_bearings(here, _place(view), following, reach)
+    headings = _list_headings(view, point, bearings, reach)
     found = False
-    for heading in sorted(headings, key=lambda each: _turning(each, bearings)):
-        stop = _standing(number, view, point, target, heading, reach)
+    for heading in sorted(headings, key=lambda each: _sum_turning(each, bearings)):
+        stop = _find_stop(number, view, point, target, heading, reach)
         if isinstance(stop, str):
             continue
         found = True
         if shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
             return stop
-    first = _standing(number, view, point, target, headings[0], reach)
+    first = _find_stop(number, view, point, target, headings[0], reach)
     return Skipped(number, view.name, NO_ROUTE if found or not isinstance(first, str) else first)
 
 
-def _turning(heading: float, bearings: tuple[float | None, float | None]) -> float:
+def _sum_turning(heading: float, bearings: tuple[float | None, float | None]) -> float:
     """How far a robot with this heading turns on arriving and on leaving."""
     arriving, leaving = bearings
     turns = [abs(wrapped(heading - arriving))] if arriving is not None else []
@@ -180,27 +178,27 @@ def _turning(heading: float, bearings: tuple[float | None, float | None]) -> flo
     return sum(turns)
 
 
-def _bearings(
+def _find_bearings(
     here: Pose2, place: Point, following: Sequence[Point], reach: Reach
 ) -> tuple[float | None, float | None]:
     """Headings with which the robot arrives and leaves; None where it does not move."""
     arriving = _route((here.x, here.y), place, reach)
     leaving = _route(place, following[0], reach) if following else ()
-    return _heading_of(arriving[-2:]), _heading_of(leaving[:2])
+    return _find_heading(arriving[-2:]), _find_heading(leaving[:2])
 
 
 def _route(start: Point, end: Point, reach: Reach) -> Route:
     return shortest_route(start, end, reach.closed) or ()
 
 
-def _heading_of(leg: Route) -> float | None:
+def _find_heading(leg: Route) -> float | None:
     if len(leg) < 2 or route_length(leg) == 0:
         return None
     (ax, ay), (bx, by) = leg
     return math.atan2(by - ay, bx - ax)
 
 
-def _headings(
+def _list_headings(
     view: TourView,
     point: FloatArray,
     bearings: tuple[float | None, float | None],
@@ -215,7 +213,7 @@ def _headings(
     return [*wanted, *evenly]
 
 
-def _standing(
+def _find_stop(
     number: int,
     view: TourView,
     point: FloatArray,
@@ -239,7 +237,7 @@ def _standing(
     return Stop(number, view, robot, gaze, point)
 
 
-def _remarks(stops: Sequence[Stop], reach: Reach) -> tuple[str, ...]:
+def _list_remarks(stops: Sequence[Stop], reach: Reach) -> tuple[str, ...]:
     """One line for each kind of difference between the pictures and the tour."""
     higher, tilted = [], []
     for stop in stops:

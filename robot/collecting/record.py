@@ -28,20 +28,6 @@ from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "LOG_FILE",
-    "SCHEMA",
-    "TRANSFORMS_FILE",
-    "WAY_FILE",
-    "Record",
-    "Taken",
-    "read_log",
-    "read_record",
-    "read_robot_tum",
-    "robot_tum",
-    "write_file",
-]
-
 LOG_FILE, TRANSFORMS_FILE, WAY_FILE = "collect.jsonl", "transforms.json", "odometry.tum"
 SCHEMA = "facetlog-collect/1"
 # OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
@@ -77,10 +63,10 @@ class Taken:
             "view": self.number,
             "image": self.name,
             "result": "taken",
-            "matrix": _matrix(self.pose).tolist(),
+            "matrix": _make_matrix(self.pose).tolist(),
             "covariance": self.covariance.tolist(),
-            "robot": _pose2_json(self.robot),
-            "odometry": _pose2_json(self.odometry),
+            "robot": _format_pose2(self.robot),
+            "odometry": _format_pose2(self.odometry),
             "pan_deg": math.degrees(self.pan),
             "tilt_deg": math.degrees(self.tilt),
             "zoom": self.zoom,
@@ -108,8 +94,8 @@ class Taken:
             str(line["image"]),
             pose,
             np.array(line["covariance"], dtype=np.float64).reshape(6, 6),
-            _pose2(line["robot"]),
-            _pose2(line["odometry"]),
+            _parse_pose2(line["robot"]),
+            _parse_pose2(line["odometry"]),
             math.radians(float(str(line["pan_deg"]))),
             math.radians(float(str(line["tilt_deg"]))),
             int(str(line["zoom"])),
@@ -119,18 +105,18 @@ class Taken:
         )
 
 
-def _pose2_json(pose: Pose2) -> list[float]:
+def _format_pose2(pose: Pose2) -> list[float]:
     return [pose.x, pose.y, math.degrees(pose.heading)]
 
 
-def _pose2(value: object) -> Pose2:
+def _parse_pose2(value: object) -> Pose2:
     if not isinstance(value, list):
         raise TypeError("a place is a list")
     x, y, heading = (float(str(v)) for v in value)
     return Pose2(x, y, math.radians(heading))
 
 
-def _matrix(pose: Pose) -> FloatArray:
+def _make_matrix(pose: Pose) -> FloatArray:
     """Camera to world (4, 4), OpenGL's axes."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.rotation @ OPENCV_FROM_OPENGL
@@ -168,8 +154,8 @@ class Record:
         return tuple(self._taken)
 
     def add(self, view: Taken, image: Image) -> None:
-        """Writes a view: its picture first, so that every pose listed has its picture."""
-        grey = _as_grey(image)
+        """Write a view: its picture first, so that every pose listed has its picture."""
+        grey = _convert_to_grey(image)
         done, data = cv2.imencode(".png", grey)
         if not done:
             raise InputError(f"{self.folder / view.name}: the picture cannot be encoded")
@@ -179,7 +165,7 @@ class Record:
         self._write_all()
 
     def note(self, line: Mapping[str, object]) -> None:
-        """Writes a line about something else: a view that was not taken, a verdict, the end."""
+        """Write a line about something else: a view that was not taken, a verdict, the end."""
         self._lines.append(line)
         self._write_log()
 
@@ -187,11 +173,11 @@ class Record:
         """The log first: a later run resumes from it."""
         self._write_log()
         for name, text in (
-            (TRANSFORMS_FILE, _transforms(self._optics, self._taken)),
-            ("cameras.txt", _colmap_camera(self._optics)),
-            ("images.txt", _colmap_images(self._taken)),
+            (TRANSFORMS_FILE, _format_transforms(self._optics, self._taken)),
+            ("cameras.txt", _format_colmap_camera(self._optics)),
+            ("images.txt", _format_colmap_images(self._taken)),
             ("points3D.txt", "# 3D points: none, the poses are the robot's own\n"),
-            ("trajectory.tum", _tum(self._taken)),
+            ("trajectory.tum", _format_tum(self._taken)),
         ):
             write_file(self.folder / name, text.encode())
 
@@ -201,7 +187,7 @@ class Record:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Writes a temporary file and renames it (atomic): readers see the old or the new file.
+    """Write a temporary file and rename it (atomic): readers see the old or the new file.
 
     InputError if that fails, as on a full disk; an older file then stays as it was.
     """
@@ -266,23 +252,23 @@ def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
     return lines[0], tuple(taken.values())
 
 
-def _as_grey(image: Image) -> Image:
+def _convert_to_grey(image: Image) -> Image:
     """The picture with one channel where all three are the same."""
     if image.ndim == 3 and (image == image[:, :, :1]).all():
         return np.ascontiguousarray(image[:, :, 0])
     return image
 
 
-def _transforms(optics: Optics, taken: Iterable[Taken]) -> str:
+def _format_transforms(optics: Optics, taken: Iterable[Taken]) -> str:
     camera = optics.camera
     frames = [
         {
             "file_path": view.name,
-            "transform_matrix": _matrix(view.pose).tolist(),
+            "transform_matrix": _make_matrix(view.pose).tolist(),
             "pan_deg": math.degrees(view.pan),
             "tilt_deg": math.degrees(view.tilt),
-            "odometry": _pose2_json(view.odometry),
-            "robot": _pose2_json(view.robot),
+            "odometry": _format_pose2(view.odometry),
+            "robot": _format_pose2(view.robot),
             "covariance": view.covariance.tolist(),
             "time": view.time,
         }
@@ -305,7 +291,7 @@ def _transforms(optics: Optics, taken: Iterable[Taken]) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _colmap_camera(optics: Optics) -> str:
+def _format_colmap_camera(optics: Optics) -> str:
     camera = optics.camera
     model = optics.model
     if model == "OPENCV" and optics.coefficient("k3"):
@@ -326,7 +312,7 @@ def _colmap_camera(optics: Optics) -> str:
     )
 
 
-def _colmap_images(taken: Iterable[Taken]) -> str:
+def _format_colmap_images(taken: Iterable[Taken]) -> str:
     """World to camera, a quaternion with its real part first; the second line is for points."""
     lines = ["# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", "# POINTS2D[] as X Y POINT3D_ID"]
     for number, view in enumerate(taken, start=1):
@@ -358,7 +344,7 @@ def read_robot_tum(path: Path) -> list[tuple[float, Pose2]]:
         raise InputError(f"{path} cannot be read: {exc}: remove it, then go on") from exc
 
 
-def _tum(taken: Iterable[Taken]) -> str:
+def _format_tum(taken: Iterable[Taken]) -> str:
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for view in taken:
         quaternion = Rotation.from_matrix(view.pose.rotation).as_quat(canonical=True)

@@ -12,8 +12,6 @@ from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["TRAFFIC_FILE", "Request", "check_begun", "earlier_views", "missing_views"]
-
 TRAFFIC_FILE = "traffic.jsonl"
 
 
@@ -52,7 +50,7 @@ class Request:
     """The goal of what is explored, in words."""
 
 
-def earlier_views(request: Request) -> tuple[Taken, ...]:
+def read_earlier_views(request: Request) -> tuple[Taken, ...]:
     """The views that are there already; InputError for a folder that holds something else."""
     folder = request.folder
     if request.resume:
@@ -84,7 +82,7 @@ def check_begun(folder: Path) -> None:
         raise InputError(f"{folder} holds no collection to go on with: leave out --resume")
 
 
-def missing_views(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:
+def find_missing_views(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:
     """Indices of the tour's views that are not there yet."""
     there = {view.name for view in taken}
     return [i for i, view in enumerate(tour.views) if view.name not in there]

@@ -18,8 +18,6 @@ from facetlog.robot.collecting.tour_file import TourView
 from facetlog.robot.mount.kinematics import camera_pose, stand_for
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["PLACES", "STEP", "Candidate", "bearing", "ring_candidates", "turns_along"]
-
 # Places on a ring. At 22.5° a face moves on by less than the 45° from which it is seen otherwise,
 # and three neighbours in a row show the same two sides of a thing.
 PLACES = 16
@@ -50,7 +48,7 @@ def bearing(target: FloatArray, place: Sequence[float] | FloatArray) -> float:
     return math.atan2(float(place[1] - target[1]), float(place[0] - target[0]))
 
 
-def ring_candidates(
+def list_ring_candidates(
     target: FloatArray,
     radius: float,
     first: float,

@@ -1,11 +1,12 @@
-"""Shortest routes on the floor round keep-out circles: a visibility graph of their polygons.
+"""Shortest routes on the floor round keep-out circles, and a short order of the tour's views.
 
 The shortest path among obstacles runs from corner to corner of them (de Berg et al., Computational
 Geometry, section 15.1): circles become polygons, and of all lines that cross none of them the
-shortest chain is taken (Dijkstra).
+shortest chain is taken (Dijkstra). Views are ordered by nearest neighbour and 2-opt (Croes 1958).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -16,8 +17,6 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from facetlog.perception.types import FloatArray
-
-__all__ = ["Circle", "Point", "Route", "distance_to", "route_length", "shortest_route"]
 
 Point = tuple[float, float]
 Route = tuple[Point, ...]
@@ -69,7 +68,7 @@ def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Rou
     shrunk = tuple(
         Circle(c.x, c.y, min(c.radius, c.distance(start), c.distance(end))) for c in circles
     )
-    corners, between = _graph(shrunk)
+    corners, between = _build_graph(shrunk)
     ends = np.array([start, end])
     to_corners = _free(np.repeat(ends, len(corners), axis=0), np.tile(corners, (2, 1)), shrunk)
     straight = bool(_free(ends[:1], ends[1:], shrunk)[0])
@@ -98,10 +97,10 @@ def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Rou
 
 
 @lru_cache(maxsize=256)
-def _graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
+def _build_graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
     """Corners (n, 2) of all polygons, and the lengths (n, n) of the free lines between them."""
     corners = np.concatenate(
-        [_corners(c) for c in circles if c.radius > TOUCH] or [np.empty((0, 2))]
+        [_list_corners(c) for c in circles if c.radius > TOUCH] or [np.empty((0, 2))]
     )
     count = len(corners)
     first, second = np.triu_indices(count, 1)
@@ -113,7 +112,7 @@ def _graph(circles: tuple[Circle, ...]) -> tuple[FloatArray, FloatArray]:
     return corners, lengths + lengths.T
 
 
-def _corners(circle: Circle) -> FloatArray:
+def _list_corners(circle: Circle) -> FloatArray:
     angles = 2 * np.pi * np.arange(CORNERS) / CORNERS
     return np.column_stack(
         [circle.x + circle.radius * np.cos(angles), circle.y + circle.radius * np.sin(angles)]
@@ -128,7 +127,55 @@ def _free(a: FloatArray, b: FloatArray, circles: tuple[Circle, ...]) -> NDArray[
     lines = shapely.linestrings(np.stack([a, b], axis=1))
     for circle in circles:
         if circle.radius > TOUCH:
-            inner = shapely.polygons(_corners(circle)).buffer(-TOUCH)
+            inner = shapely.polygons(_list_corners(circle)).buffer(-TOUCH)
             shapely.prepare(inner)
             free &= ~shapely.intersects(inner, lines)
     return free
+
+
+# Metres that stand for "no route": more than any tour has, and finite, since two of them are
+# subtracted. The plan leaves such places out.
+NO_ROUTE = 1e6
+
+
+def short_order(
+    start: Point, places: Sequence[Point], circles: tuple[Circle, ...] = ()
+) -> tuple[int, ...]:
+    """Indices of all places in an order with a short route from `start` round the circles.
+
+    >>> short_order((0.0, 0.0), [(3.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
+    (1, 2, 0)
+    """
+    lengths = _measure_lengths([start, *places], circles)
+    order, left = [0], set(range(1, len(places) + 1))
+    while left:
+        order.append(min(left, key=lambda i: (lengths[order[-1], i], i)))
+        left.remove(order[-1])
+    return tuple(i - 1 for i in _untangle(order, lengths)[1:])
+
+
+def _measure_lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray:
+    lengths = np.zeros((len(places), len(places)))
+    for i, a in enumerate(places):
+        for j in range(i):
+            route = shortest_route(a, places[j], circles)
+            lengths[i, j] = lengths[j, i] = NO_ROUTE if route is None else route_length(route)
+    return lengths
+
+
+def _untangle(order: list[int], lengths: FloatArray) -> list[int]:
+    """The order with pieces reversed as long as that shortens it (2-opt); its first place stays."""
+    shorter = True
+    while shorter:
+        shorter = False
+        for i in range(1, len(order) - 1):
+            for j in range(i + 1, len(order)):
+                before, after = order[i - 1], order[j + 1] if j + 1 < len(order) else None
+                gain = lengths[before, order[i]] - lengths[before, order[j]]
+                if after is not None:
+                    gain += lengths[order[j], after] - lengths[order[i], after]
+                # Rounding differences between two equal orders must not reverse them for ever.
+                if gain > 1e-9:
+                    order[i : j + 1] = reversed(order[i : j + 1])
+                    shorter = True
+    return order

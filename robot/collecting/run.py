@@ -6,39 +6,39 @@ opened is closed, the robot last, whatever happens.
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
-from facetlog.errors import DeviceError, FacetlogError
+import numpy as np
+
+from facetlog.errors import DeviceError, FacetlogError, InputError
+from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
-from facetlog.robot.collecting.drawing.map_picture import Floor, Mapped
-from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.driven_way import DrivenWay
-from facetlog.robot.collecting.keep_out import (
-    CLEARANCE,
-    check_keep_out,
-    circles_for_the_middle,
-    rings_round_target,
-)
-from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
-from facetlog.robot.collecting.order import short_order
+from facetlog.robot.collecting.drive import Body, MobileBase
+from facetlog.robot.collecting.map_picture import Floor, Mapped
+from facetlog.robot.collecting.next_stop import Around, ChosenStops, reach_of_mount
 from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
+    WAY_FILE,
     Record,
     Taken,
     read_log,
+    read_robot_tum,
+    robot_tum,
+    write_file,
 )
 from facetlog.robot.collecting.request import (
     TRAFFIC_FILE,
     Request,
-    earlier_views,
-    missing_views,
+    find_missing_views,
+    read_earlier_views,
 )
-from facetlog.robot.collecting.route import Circle, Point
+from facetlog.robot.collecting.ring_views import bearing
+from facetlog.robot.collecting.route import Circle, Point, distance_to, short_order
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
     Ended,
@@ -51,22 +51,139 @@ from facetlog.robot.collecting.simulated_robot import (
     CameraAndOptics,
     camera_and_optics,
     check_start,
+    coasts_when_cut,
+    with_line,
 )
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.way_ahead import Body
+from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.open_head import open_head
+from facetlog.robot.mount.mount import Mount
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.line.port import DEFAULT_BAUD, open_port
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "Collected",
-    "open_checked_camera",
-    "open_robot_head",
-    "run_collection",
-]
+
+class DrivenWay:
+    """Keeps the robot's poses in the world, and passes on what a listener is told after writing.
+
+    `epoch` is when the reports' clock was zero (seconds since 1970). With `resume` the way of the
+    folder's earlier runs stays before this one's.
+    """
+
+    def __init__(self, folder: Path, epoch: float, listener: Listener, *, resume: bool) -> None:
+        self._path, self._epoch, self._listener = folder / WAY_FILE, epoch, listener
+        self.stamped: list[tuple[float, Pose2]] = []
+        """Times (seconds since 1970) and poses, those of earlier runs first."""
+        if resume and self._path.is_file():
+            self.stamped = read_robot_tum(self._path)
+
+    def moved(self, at: float, place: Pose2) -> None:
+        """Take the pose of a report."""
+        self.stamped.append((self._epoch + at, place))
+
+    def write(self) -> None:
+        """Write the file; InputError where it cannot be written."""
+        write_file(self._path, robot_tum(self.stamped).encode())
+
+    def view_taken(self, done: int, total: int, view: Taken) -> None:
+        self.write()
+        self._listener.view_taken(done, total, view)
+
+    def warn(self, message: str) -> None:
+        self._listener.warn(message)
+
+    def note(self, message: str) -> None:
+        self._listener.note(message)
+
+    def ended_early(self, ended: Ended, there: int, total: int) -> None:
+        self._listener.ended_early(ended, there, total)
+
+
+# Room between the robot on the innermost view and the default keep-out circle: twice the distance
+# by which driving may miss the planned place.
+ROOM = 0.05
+# Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
+CLEARANCE = 0.03
+
+
+def check_keep_out(request: Request) -> None:
+    """InputError where a radius has no place."""
+    if isinstance(request.keep_out, float) and request.tour.target is None:
+        raise InputError(
+            "the tour's lines of sight do not meet, so --keep-out needs a place: X,Y,RADIUS"
+        )
+
+
+def list_forbidden_circles(request: Request, radius: float) -> tuple[Circle, ...]:
+    """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
+
+    If none are given: about the target, as large as the innermost view leaves room for.
+    """
+    target, closed = request.tour.target, request.keep_out
+    if isinstance(closed, tuple):
+        circles = closed
+    elif target is None:
+        return ()
+    else:
+        if closed is None:
+            closed = _find_free_radius(request.tour, target, request.mount, radius)
+        circles = (Circle(float(target[0]), float(target[1]), closed),)
+    grown = tuple(circle.grown(radius) for circle in circles)
+    inside = distance_to(grown, (request.start.x, request.start.y))
+    if inside < 0:
+        raise InputError(
+            f"the robot at {request.start.x:.2f}, {request.start.y:.2f} is {-inside:.2f} m within "
+            "a keep-out circle: put it elsewhere (--start), or give a smaller --keep-out"
+        )
+    return grown
+
+
+def _find_free_radius(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
+    """The radius that the innermost view leaves, whichever way the robot stands there."""
+    if not tour.views:
+        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
+    nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
+    room = nearest - reach_of_mount(mount) - radius - ROOM - CLEARANCE
+    if room <= 0:
+        raise InputError(
+            f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
+            "a robot beside it: give --keep-out RADIUS if that is meant"
+        )
+    return room
+
+
+def plan_rings(
+    request: Request,
+    reach: Reach,
+    pace: Pace,
+    body: float,
+    lines: Sequence[Mapping[str, object]] = (),
+) -> Around:
+    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
+
+    Their places are those of the run that is continued, if `lines` of collect.jsonl have one round
+    the target.
+    """
+    target = request.tour.target
+    if target is None:
+        raise InputError("--explore needs what is looked at: give --target X,Y,Z")
+    place = float(target[0]), float(target[1])
+    holding = [c for c in reach.closed if c.distance(place) < c.radius]
+    if not holding:
+        raise InputError("no --keep-out circle holds the --target: give --keep-out RADIUS")
+    # Whichever way the robot stands, its middle stays outside of the circles.
+    radius = (
+        max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
+    )
+    first = bearing(target, (request.start.x, request.start.y))
+    if any("explore" in line for line in lines):
+        before = Around.recorded(lines)
+        first = before.first if np.allclose(before.target, target) else first
+    return Around(target, radius, first, reach, pace, request.start, body)
+
 
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 
@@ -87,7 +204,6 @@ class Collected:
     reason: str = ""
 
     def to_json(self) -> Mapping[str, object]:
-        """As `--json` prints it."""
         return {
             **self.ended.to_json(),
             "views": [view.name for view in self.taken],
@@ -105,9 +221,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
     or camera cannot be opened.
     """
-    earlier = earlier_views(request)
+    earlier = read_earlier_views(request)
     lines = read_log(request.folder) if request.resume else ()
-    missing = missing_views(request.tour, earlier)
+    missing = find_missing_views(request.tour, earlier)
     check_keep_out(request)
     began = time.monotonic()
     with ExitStack() as stack:
@@ -120,7 +236,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 baud=request.baud,
             )
         )
-        robot.on_problem(partial(_warn_of_problem, listener))
+        robot.on_problem(partial(_warn_about_problem, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
         seen = camera_and_optics(
@@ -138,14 +254,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         camera = open_checked_camera(stack, seen, latency=request.latency, noisy=request.noisy)
 
         radius = robot.parameters.radius
-        forbidden = circles_for_the_middle(request, radius)
+        forbidden = list_forbidden_circles(request, radius)
         reach = Reach(
             request.mount,
             head.limits,
             seen.optics.camera,
             tuple(circle.grown(CLEARANCE) for circle in forbidden),
         )
-        plan = _planned(request, missing, reach, forbidden)
+        plan = _make_plan(request, missing, reach, forbidden)
         for line in plan.remarks:
             listener.warn(line)
         for each in plan.skipped:
@@ -153,7 +269,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         pace = Pace(robot.limits.speed, robot.limits.turning)
         around = None
         if request.chooser is not None:
-            around = rings_round_target(request, reach, pace, radius, lines)
+            around = plan_rings(request, reach, pace, radius, lines)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()
@@ -196,9 +312,9 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
-                _mapped(request, seen, record.taken, way, inner, radius).draw(request.folder)
+                _describe_map(request, seen, record.taken, way, inner, radius).draw(request.folder)
             raise
-        mapped = _mapped(request, seen, record.taken, way, inner, radius)
+        mapped = _describe_map(request, seen, record.taken, way, inner, radius)
         mapped.draw(request.folder)
     reason = stops.reason if isinstance(stops, ChosenStops) else ""
     return Collected(
@@ -206,7 +322,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
     )
 
 
-def _warn_of_problem(listener: Listener, problem: Problem) -> None:
+def _warn_about_problem(listener: Listener, problem: Problem) -> None:
     """Warn of what makes poses less certain and ends nothing; covariances say the former too."""
     if problem.cause in (Cause.ODOMETRY, Cause.REPORTS_AGAIN):
         listener.warn(str(problem))
@@ -257,7 +373,7 @@ def open_checked_camera(
     return opened() if isinstance(camera, FileSource) else camera
 
 
-def _planned(
+def _make_plan(
     request: Request, missing: list[int], reach: Reach, forbidden: tuple[Circle, ...]
 ) -> Plan:
     views = request.tour.views
@@ -291,7 +407,7 @@ def _about(
     }
 
 
-def _mapped(
+def _describe_map(
     request: Request,
     seen: CameraAndOptics,
     taken: tuple[Taken, ...],

@@ -14,10 +14,9 @@ import numpy as np
 
 from facetlog.errors import DeviceError, FacetlogError
 from facetlog.perception.types import FloatArray, Image
-from facetlog.robot.camera.checks import Quality, faults_of, quality_of
-from facetlog.robot.camera.freshness import Frame
+from facetlog.robot.camera.checks import Quality, faults_of, measure_quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.camera.source import FrameSource
+from facetlog.robot.camera.source import Frame, FrameSource
 from facetlog.robot.collecting.drive import MobileBase, RobotView, WayBlockedError
 from facetlog.robot.collecting.option_words import resumed_from, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
@@ -27,21 +26,6 @@ from facetlog.robot.collecting.steering import HEADING_TOLERANCE, PLACE_TOLERANC
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.pose2 import Pose2
-
-__all__ = [
-    "BLOCKED",
-    "HEAD_SETTLE",
-    "SETTLE",
-    "SHOT_TIMEOUT",
-    "Ended",
-    "Guide",
-    "Listener",
-    "Rig",
-    "Stops",
-    "collect",
-    "end_recorded",
-    "pose_covariance_at",
-]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.
@@ -144,7 +128,7 @@ def collect(
     skipped: tuple[Skipped, ...] = (),
     guide: Guide | None = None,
 ) -> Ended:
-    """Takes the views of all stops; a fault of a device ends it early, and is in the result.
+    """Take the views of all stops; a fault of a device ends this early, and is in the result.
 
     With a `guide` a way that is blocked does not: it goes on to the stop that comes next then.
     InputError if the folder cannot be written any more.
@@ -255,7 +239,7 @@ def _take(
     state = rig.base.stand(SETTLE)
     robot = rig.base.place(state)
 
-    notes = _off_place(stop.robot.between(robot))
+    notes = _describe_offset(stop.robot.between(robot))
     wanted = gaze_at(robot, rig.reach.mount, stop.point)
     gaze = rig.reach.within(wanted)
     if abs(gaze.pan - wanted.pan) > HEAD_PLAY_SD:
@@ -279,7 +263,7 @@ def _take(
             stop.number,
             stop.view.name,
             camera_pose(robot, rig.reach.mount, at),
-            _covariance(rig, state, robot, at),
+            _compute_covariance(rig, state, robot, at),
             robot,
             state.pose,
             looks.pan,
@@ -293,7 +277,7 @@ def _take(
     )
 
 
-def _off_place(off: Pose2) -> list[str]:
+def _describe_offset(off: Pose2) -> list[str]:
     """Return what to say of a robot that stands so far off the place that the tour asks for."""
     way = math.hypot(off.x, off.y)
     if way <= PLACE_TOLERANCE and abs(off.heading) <= 2 * HEADING_TOLERANCE:
@@ -310,14 +294,14 @@ def _shoot(
     """The picture, its quality and notes about it; a bad one is taken a second time."""
     frame = camera.shot(after, SHOT_TIMEOUT)
     optics.check(frame.image)
-    quality = quality_of(frame.image)
+    quality = measure_quality(frame.image)
     faults = faults_of(quality, others)
-    notes = _silence_noted(frame)
+    notes = _format_silence(frame)
     if not faults:
         return frame.image, quality, notes
     again = camera.shot(max(frame.arrived, after), SHOT_TIMEOUT)
-    notes += _silence_noted(again)
-    second = quality_of(again.image)
+    notes += _format_silence(again)
+    second = measure_quality(again.image)
     still = faults_of(second, others)
     if not still:
         return again.image, second, [*notes, f"taken twice, the first was {'; '.join(faults)}"]
@@ -327,14 +311,14 @@ def _shoot(
     return frame.image, quality, [*notes, *(f"{fault}, twice; kept" for fault in faults)]
 
 
-def _silence_noted(frame: Frame) -> list[str]:
+def _format_silence(frame: Frame) -> list[str]:
     """What to say of a camera that gave no picture for a while before this one."""
     if not frame.silent:
         return []
     return [f"no picture came from the camera for {frame.silent:.0f} s before this one; it goes on"]
 
 
-def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
+def _compute_covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
     """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
     heading = rig.base.start.heading
     c, s = math.cos(heading), math.sin(heading)

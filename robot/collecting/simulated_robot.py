@@ -1,29 +1,77 @@
-"""Defaults and checks for a simulated robot: its true pose, its camera and calibration.
+"""Defaults and checks for a simulated robot, and hints where the line to a robot is bad.
 
-An address does not identify it: a real robot, too, can be reached at 127.0.0.1, through a tunnel or
-a serial server. What counts is the serial number that the robot reports in CONFIG: that of
-`facetlog simulate` names it and its camera, others ("SIM" of AMRISim) have cameras of their own.
+An address does not identify a simulated robot: a real one, too, can be reached at 127.0.0.1. What
+counts is the serial number that the robot reports in CONFIG: that of `facetlog simulate` names it
+and its camera, others ("SIM" of AMRISim) have cameras of their own.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from facetlog.errors import DeviceTimeout, InputError
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.control import WATCHDOG
+from facetlog.robot.pioneer.guard import Cause, Problem
+from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 
-__all__ = [
-    "CameraAndOptics",
-    "ConnectedRobot",
-    "camera_and_optics",
-    "check_start",
-    "is_simulated",
-]
+# The line is suspect if reports ceased this often within so many seconds before a fault: once may
+# be a machine that was busy for a moment.
+BACK, OFTEN = 30.0, 2
+# A robot that goes on for no more than this when its line is cut is not worth a word, m.
+COASTS = 0.2
+
+
+def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
+    """The fault, with a remark about the line if reports ceased repeatedly before it.
+
+    `problems` are the driver's, `now` is a time of its clock. A lost link needs no remark.
+    """
+    problems = tuple(problems)
+    silences = sum(each.cause is Cause.QUIET and now - each.at <= BACK for each in problems)
+    if silences < OFTEN or any(each.cause is Cause.LINK_LOST for each in problems):
+        return fault
+    return type(fault)(
+        f"{fault} - but first: {silences} times in {BACK:.0f} s no whole report of the robot came "
+        "for half a second, so its line is damaged or this machine too busy; check cable and baud "
+        "rate"
+    )
+
+
+def coasts_when_cut(configuration: Configuration | None, speed: float) -> str:
+    """Return what to say of a robot at a speed (m/s) that goes on for long where its line is cut,
+    "" where it does not.
+
+    No command of a client sets the time: it is a parameter in the robot's FLASH.
+
+    >>> coasts_when_cut(None, 0.05)
+    ''
+    """
+    watchdog_ms = None if configuration is None else configuration.watchdog_ms
+    if watchdog_ms is None:
+        coasts, usual = speed * WATCHDOG, f"{WATCHDOG:g} s"
+        if coasts <= COASTS:
+            return ""
+        return (
+            f"the robot does not report its watchdog: with the usual {usual} it would go on for "
+            f"{coasts:.1f} m, were its line cut while it drives, and without one for good"
+        )
+    if watchdog_ms == 0:
+        return (
+            "the robot's own watchdog is off: were its line cut while it drives, it would not stop"
+        )
+    coasts = speed * watchdog_ms / 1e3
+    if coasts <= COASTS:
+        return ""
+    return (
+        f"the robot's own watchdog is {watchdog_ms / 1e3:g} s: were its line cut while it drives, "
+        f"it would go on for {coasts:.1f} m before it brakes"
+    )
+
 
 # Hosts of robots and cameras on this machine.
 LOCAL = ("127.", "localhost", "/dev/pts/")

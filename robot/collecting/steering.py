@@ -11,17 +11,6 @@ from itertools import pairwise
 from facetlog.robot.collecting.route import Route
 from facetlog.robot.pose2 import Pose2
 
-__all__ = [
-    "HEADING_TOLERANCE",
-    "PLACE_TOLERANCE",
-    "SLOWEST",
-    "Motion",
-    "Pace",
-    "Progress",
-    "along",
-    "towards_heading",
-]
-
 # Look-ahead, metres along the route: it cuts 1 cm off a circle of 1 m (s² / 8 r), and is steady at
 # 0.3 m/s with ten reports a second (a lag of 0.15 s is 5 cm).
 LOOK_AHEAD = 0.25
@@ -73,12 +62,12 @@ def along(
 ) -> tuple[Motion | None, Progress]:
     """The motion that follows a route, None once its end is reached; and the progress on it."""
     total = sum(math.dist(a, b) for a, b in pairwise(route))
-    done = _nearest(here, route, progress.done)
+    done = _find_nearest(here, route, progress.done)
     progress = replace(progress, done=done)
     left = max(total - done, 0.0)
     if left <= ARRIVED:
         return None, progress
-    x, y = _point_at(route, done + LOOK_AHEAD)
+    x, y = _find_point_at(route, done + LOOK_AHEAD)
     ahead = here.inverse().compose(Pose2(x, y, 0.0))
     distance = math.hypot(ahead.x, ahead.y)
     angle = math.atan2(ahead.y, ahead.x)
@@ -93,7 +82,7 @@ def along(
     return Motion(speed, speed * curvature), replace(progress, turning=False)
 
 
-def towards_heading(here: Pose2, heading: float, pace: Pace) -> Motion | None:
+def turn_to_heading(here: Pose2, heading: float, pace: Pace) -> Motion | None:
     """The turn on the spot towards a heading; None once it is reached."""
     off = math.remainder(heading - here.heading, 2 * math.pi)
     if abs(off) <= HEADING_TOLERANCE:
@@ -107,7 +96,7 @@ def _slowed(left: float, largest: float, slowing: float, least: float) -> float:
     return math.copysign(max(min(largest, math.sqrt(2 * slowing * abs(left))), least), left)
 
 
-def _nearest(here: Pose2, route: Route, least: float) -> float:
+def _find_nearest(here: Pose2, route: Route, least: float) -> float:
     """Metres along the route of its nearest point, not before `least` nor far beyond it."""
     best, best_distance, start = least, math.inf, 0.0
     for (ax, ay), (bx, by) in pairwise(route):
@@ -115,7 +104,7 @@ def _nearest(here: Pose2, route: Route, least: float) -> float:
         if length > NO_LENGTH and start + length >= least and start <= least + LOOK_AHEAD:
             share = ((here.x - ax) * (bx - ax) + (here.y - ay) * (by - ay)) / length**2
             at = max(start + min(max(share, 0.0), 1.0) * length, least)
-            px, py = _point_at(route, at)
+            px, py = _find_point_at(route, at)
             distance = math.hypot(here.x - px, here.y - py)
             if distance < best_distance:
                 best, best_distance = at, distance
@@ -123,7 +112,7 @@ def _nearest(here: Pose2, route: Route, least: float) -> float:
     return best
 
 
-def _point_at(route: Route, at: float) -> tuple[float, float]:
+def _find_point_at(route: Route, at: float) -> tuple[float, float]:
     """The point so many metres along the route; its end if that is beyond."""
     for (ax, ay), (bx, by) in pairwise(route):
         length = math.hypot(bx - ax, by - ay)

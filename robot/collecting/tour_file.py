@@ -22,8 +22,6 @@ from facetlog.regular_file import read_regular_text
 from facetlog.robot.recording import pan_tilt_angles
 from facetlog.robot.tour import tour_poses
 
-__all__ = ["PAPER_TOUR", "Tour", "TourView", "paper_tour", "read_tour"]
-
 PAPER_TOUR = "paper"
 INCH = 0.0254
 PLACES, INCHES = ("x", "y", "z"), ("x_in", "y_in", "z_in")
@@ -104,12 +102,12 @@ def read_tour(path: Path, *, unit: float | None = None) -> Tour:
     """
     views: list[TourView] = []
     seen: dict[str, int] = {}
-    for line, row in _rows(path):
+    for line, row in _read_rows(path):
         where = f"{path}:{line}"
         scale = INCH if INCHES[0] in row else unit
         if scale is None:
             raise InputError(f"{path}: its unit of length is unknown: give --unit m (cm, in, …)")
-        name = _picture_name(row.get("image", ""), len(views) + 1, where)
+        name = _read_picture_name(row.get("image", ""), len(views) + 1, where)
         if name in seen:
             raise InputError(f"{where}: picture {name} is in line {seen[name]} as well")
         seen[name] = line
@@ -119,7 +117,7 @@ def read_tour(path: Path, *, unit: float | None = None) -> Tour:
     return Tour(str(path), tuple(views))
 
 
-def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
+def _read_rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
     """Line number and fields of each pose, its columns checked."""
     try:
         text = read_regular_text(path)
@@ -156,13 +154,17 @@ def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
 
 def _pose(row: Mapping[str, str], scale: float, where: str) -> Pose:
     places = INCHES if INCHES[0] in row else PLACES
-    x, y, z = (_number(row, key, where) * scale for key in places)
-    pan, tilt = (math.radians(_number(row, key, where)) for key in ANGLES)
-    skew = math.radians(_number(row, "skew_deg", where)) if row.get("skew_deg", "").strip() else 0.0
+    x, y, z = (_parse_number(row, key, where) * scale for key in places)
+    pan, tilt = (math.radians(_parse_number(row, key, where)) for key in ANGLES)
+    skew = (
+        math.radians(_parse_number(row, "skew_deg", where))
+        if row.get("skew_deg", "").strip()
+        else 0.0
+    )
     return pan_tilt_pose(x, y, z, pan, tilt, skew)
 
 
-def _number(row: Mapping[str, str], key: str, where: str) -> float:
+def _parse_number(row: Mapping[str, str], key: str, where: str) -> float:
     try:
         value = float(row[key])
     except ValueError:
@@ -172,7 +174,7 @@ def _number(row: Mapping[str, str], key: str, where: str) -> float:
     return value
 
 
-def _picture_name(given: str, number: int, where: str) -> str:
+def _read_picture_name(given: str, number: int, where: str) -> str:
     """The name of the picture's file: PNG, in the folder itself whatever the tour's folders are."""
     if not given.strip():
         return f"view{number:03d}.png"

@@ -8,29 +8,12 @@ Sources: Canon VC-C50i programmer's manual, pages 11-12, 20-78 (page numbers as 
 ARIA and canonvcc4 of Player for what the VC-C4 is sent.
 """
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
-__all__ = [
-    "ACK_BYTES",
-    "COUNTS_PER_DEGREE",
-    "POSITION_BYTES",
-    "ZOOM_BYTES",
-    "Answer",
-    "CanonCommand",
-    "CanonError",
-    "CanonSyntaxError",
-    "angle_text",
-    "command_to_bytes",
-    "hexadecimal",
-    "move",
-    "number",
-    "parse_answer",
-    "parse_command",
-    "position_of",
-    "tilt_range",
-]
+from facetlog.robot.head.head import HeadLimits
 
 COMMAND_HEADER: Final = bytes.fromhex("FF 30 30 00")
 ANSWER_HEADER: Final = bytes.fromhex("FE 30 30")
@@ -141,10 +124,10 @@ def number(text: bytes) -> int:
     return int(digits, 16)
 
 
-def angle_text(counts: int) -> bytes:
-    """Counts from the middle as they are sent.
+def encode_angle(counts: int) -> bytes:
+    """Count from the middle as they are sent.
 
-    >>> angle_text(800)
+    >>> encode_angle(800)
     b'8320'
     """
     return hexadecimal(MIDDLE + counts, 4)
@@ -157,10 +140,10 @@ def position_of(data: bytes) -> tuple[int, int]:
     return number(data[:4]) - MIDDLE, number(data[4:]) - MIDDLE
 
 
-def command_to_bytes(command: CanonCommand, parameters: bytes = b"") -> bytes:
+def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
     """The frame of a command.
 
-    >>> command_to_bytes(CanonCommand.POSITION_REQUEST).hex(" ")
+    >>> encode_command(CanonCommand.POSITION_REQUEST).hex(" ")
     'ff 30 30 00 63 ef'
     """
     return COMMAND_HEADER + bytes([command]) + parameters + bytes([END])
@@ -172,12 +155,12 @@ def move(pan: int, tilt: int) -> bytes:
     >>> move(800, -267)
     b'\\xff00\\x00b83207EF5\\xef'
     """
-    return command_to_bytes(CanonCommand.MOVE, angle_text(pan) + angle_text(tilt))
+    return encode_command(CanonCommand.MOVE, encode_angle(pan) + encode_angle(tilt))
 
 
-def tilt_range(lowest: int, highest: int) -> bytes:
+def encode_tilt_range(lowest: int, highest: int) -> bytes:
     """The frame that sets the range of tilt; after power-on a VC-C4 goes up no more than 30°."""
-    return command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(lowest) + angle_text(highest))
+    return encode_command(CanonCommand.RANGE, b"1" + encode_angle(lowest) + encode_angle(highest))
 
 
 def parse_command(frame: bytes) -> tuple[int, bytes]:
@@ -205,3 +188,95 @@ def parse_answer(frame: bytes) -> Answer:
     ):
         raise CanonSyntaxError(f"{frame.hex(' ')} is no answer of a camera head")
     return Answer(CanonError(frame[3]), frame[5:-1])
+
+
+@dataclass(frozen=True, slots=True)
+class CanonModel:
+    """A head: limits in counts, the fastest speeds in counts a second."""
+
+    name: str
+    pan_limit: int
+    tilt_lowest: int
+    tilt_highest: int
+    fastest_pan: int
+    fastest_tilt: int
+    tilt_highest_at_first: int
+    """After switching on, until the range is set."""
+    obeys_under_remote_control: bool
+    """Whether it can be switched on before it was put under control of the serial line."""
+    finds_its_middle: bool
+    """Whether it homes by itself when it is switched on."""
+    zoom_highest: int = 1960
+    slowest: int = 8
+
+    @property
+    def limits(self) -> HeadLimits:
+        """How far it turns, in our signs and units."""
+        pan, _ = angles_of(-self.pan_limit, 0)
+        step = math.radians(1 / COUNTS_PER_DEGREE)
+        return HeadLimits(
+            pan_min=-pan,
+            pan_max=pan,
+            tilt_min=angles_of(0, self.tilt_lowest)[1],
+            tilt_max=angles_of(0, self.tilt_highest)[1],
+            pan_step=step,
+            tilt_step=step,
+            zoom_max=self.zoom_highest,
+        )
+
+
+def counts_of(pan: float, tilt: float) -> tuple[int, int]:
+    """Nearest counts of angles in radians, pan left positive; within half a count."""
+    return (
+        round(-math.degrees(pan) * COUNTS_PER_DEGREE),
+        round(math.degrees(tilt) * COUNTS_PER_DEGREE),
+    )
+
+
+def angles_of(pan: float, tilt: float) -> tuple[float, float]:
+    """Radians, pan left positive, of counts."""
+    return -math.radians(pan / COUNTS_PER_DEGREE), math.radians(tilt / COUNTS_PER_DEGREE)
+
+
+VC_C50I: Final = CanonModel(
+    # VC-C50i programmer's manual, pages 20, 24-27, 56-61: a mode error to all but the control mode
+    # command until that mode is set, and to moves until it has homed.
+    name="VC-C50i",
+    pan_limit=889,
+    tilt_lowest=-267,
+    tilt_highest=800,
+    fastest_pan=800,
+    fastest_tilt=622,
+    tilt_highest_at_first=800,
+    obeys_under_remote_control=False,
+    finds_its_middle=False,
+)
+
+VC_C4: Final = CanonModel(
+    # Limits and the first range of tilt as in ARIA (ArVCC4.h, ArVCC4.cpp). Player's driver for it
+    # never commands it to home, and that of ROS (p2os) gives up if it does not obey its very first
+    # command, power: so a VC-C4 does both.
+    name="VC-C4",
+    pan_limit=875,
+    tilt_lowest=-267,
+    tilt_highest=790,
+    fastest_pan=800,
+    fastest_tilt=662,
+    tilt_highest_at_first=267,
+    obeys_under_remote_control=True,
+    finds_its_middle=True,
+)
+
+REACH: Final = CanonModel(
+    # Tilt up to 88° is what all known drivers set a VC-C4 to (ARIA, Player, p2os); the fastest tilt
+    # that they ask for is 69°/s.
+    name="VC-C4 or VC-C50i",
+    pan_limit=875,
+    tilt_lowest=-267,
+    tilt_highest=782,
+    fastest_pan=800,
+    fastest_tilt=613,
+    tilt_highest_at_first=267,
+    obeys_under_remote_control=False,
+    finds_its_middle=False,
+)

@@ -8,8 +8,6 @@ from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30
 
-__all__ = ["HEAD_KINDS", "open_head"]
-
 DRIVERS: Final[dict[str, type[SonyEviD30] | type[CanonVcC4]]] = {
     "sony-evi-d30": SonyEviD30,
     "canon-vc-c4": CanonVcC4,

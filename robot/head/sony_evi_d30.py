@@ -2,42 +2,168 @@
 
 Absolute moves only, one at a time: rounding errors of relative ones add up (EVI-D100 manual, page
 45). A move ends with the head's completion message or, where that is lost, with two equal reports
-of its position.
+of its position. Answers are requested in lengths that work through the robot's microcontroller as
+well: the shortest possible answer first, then the rest.
 """
 
 import math
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.byte_line import ByteLine
-from facetlog.robot.head.head import HeadLimits, HeadState
-from facetlog.robot.head.settling import Clock, Counts, wait_until_still
+from facetlog.robot.head.head import Clock, Counts, HeadLimits, HeadState, wait_until_still
 from facetlog.robot.head.sony_models import EVI_D30, SONY_MODELS, SonyModel
 from facetlog.robot.head.visca import (
-    AbsoluteMove,
-    Command,
-    Drive,
-    Inquiry,
-    Power,
-    ZoomTo,
-    number,
-)
-from facetlog.robot.head.visca_line import ViscaLine
-from facetlog.robot.head.visca_replies import (
+    ACK_BYTES,
+    BROADCAST,
+    END,
+    ERROR_BYTES,
     POSITION_BYTES,
     POWER_BYTES,
     VERSION_BYTES,
     ZOOM_BYTES,
+    AbsoluteMove,
+    Ack,
+    AddressSet,
+    Command,
+    Completed,
+    Drive,
     Failed,
+    Fixed,
+    Information,
+    Inquiry,
+    Power,
+    Reply,
     Version,
     ViscaError,
+    ViscaSyntaxError,
+    ZoomTo,
+    number,
+    parse_reply,
     position_of,
+    to_bytes,
 )
 
-__all__ = ["SonyEviD30"]
-
 T = TypeVar("T")
+
+READ_ATTEMPTS: Final = 5
+"""Attempts before the head counts as silent: where one byte in fifty is lost, five answers of
+eleven bytes in a row are spoilt once in three thousand times."""
+REPLY_S = 1.0
+"""Time-out of an answer, seconds: a head takes a picture's time (17 ms) and the bytes at 9600 baud
+12 ms; through the robot each step waits for its cycle of up to 100 ms."""
+QUIET_S = 0.15
+"""Pause before a retry, seconds: the rest of a garbled answer has arrived by then."""
+ADDRESSES_BYTES = 4
+FRAME_BYTES = 3
+"""Bytes of an answer besides its data."""
+
+
+class ViscaLine:
+    """The line to a Sony head, in whole answers; every wait has a time-out."""
+
+    def __init__(self, line: ByteLine, clock: Clock, address: int = 1) -> None:
+        self._line, self._clock, self._address = line, clock, address
+
+    def set_addresses(self) -> None:
+        """Number the heads on the line; one that already has a number may not answer."""
+        self._line.flush()
+        self._line.send(to_bytes(AddressSet()))
+        try:
+            self._line.receive(ADDRESSES_BYTES, REPLY_S)
+        except DeviceTimeout:
+            return
+
+    def ask(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T | Failed:
+        """The answer to an inquiry as read by `decode`, or why there is none.
+
+        The whole answer has `length` bytes. DeviceTimeout if the head never answers, DeviceError if
+        no answer can be decoded.
+        """
+
+        def answer() -> T | Failed:
+            reply = self._receive(ERROR_BYTES, length)
+            if isinstance(reply, Failed):
+                return reply
+            if isinstance(reply, Information) and len(reply.data) == length - FRAME_BYTES:
+                return decode(reply.data)
+            raise ViscaSyntaxError(f"{reply} does not answer {inquiry.name}")
+
+        return self._persist(inquiry, answer)
+
+    def command(self, command: Command) -> Ack | Failed:
+        """The acknowledgement or refusal of a command; `completed` waits for its end.
+
+        A command whose answer was lost is sent again, so it must be idempotent. Errors as `ask`.
+        """
+
+        def answer() -> Ack | Failed:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES)
+            if isinstance(reply, Ack | Failed):
+                return reply
+            raise ViscaSyntaxError(f"{reply} does not acknowledge a command")
+
+        return self._persist(command, answer)
+
+    def completed(self, ack: Ack, timeout: float) -> bool:
+        """Whether the head reported completion of the command; False if it reported nothing."""
+        try:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES, timeout)
+        except (DeviceTimeout, ViscaSyntaxError):
+            return False
+        return reply == Completed(ack.socket)
+
+    def clear(self) -> None:
+        """Clear the commands in progress, if the head can; errors as `ask`.
+
+        One that does not know this command answers with an error, and is as ready as before.
+        """
+
+        def answer() -> None:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES)
+            if not isinstance(reply, Information | Failed):
+                raise ViscaSyntaxError(f"{reply} does not answer a clear")
+
+        self._persist(Fixed.CLEAR, answer)
+
+    def pause(self) -> None:
+        self._clock.sleep(QUIET_S)
+
+    def close(self) -> None:
+        self._line.close()
+
+    def _receive(self, first: int, whole: int, timeout: float = REPLY_S) -> Reply:
+        """The next answer, of `first` or `whole` bytes."""
+        data = self._line.receive(first, timeout)
+        if data[0] not in (0x80 + 0x10 * self._address, 0x80 | BROADCAST):
+            raise ViscaSyntaxError(f"{data.hex(' ')} begins no answer")
+        if whole > first and data[-1] != END:
+            data += self._line.receive(whole - first, REPLY_S)
+        return parse_reply(data, self._address)
+
+    def _persist(self, command: Command, answer: Callable[[], T]) -> T:
+        fault: Exception | None = None
+        for attempt in range(READ_ATTEMPTS):
+            if attempt:
+                self.pause()
+            self._line.flush()
+            self._line.send(to_bytes(command, self._address))
+            try:
+                return answer()
+            except (DeviceTimeout, ViscaSyntaxError) as exc:
+                if not isinstance(fault, ViscaSyntaxError):
+                    fault = exc
+        if isinstance(fault, ViscaSyntaxError):
+            raise DeviceError(
+                f"the camera head answers what cannot be read ({fault}): check that the line runs"
+                " at 9600 baud and that nothing else talks on it"
+            ) from fault
+        raise DeviceTimeout(
+            "the camera head does not answer: check that it has power, that its cable is in the"
+            " port that was named (of the robot: AUX1, AUX2 or AUX3), and that it runs at 9600 baud"
+        ) from fault
+
 
 ATTEMPTS = 3
 """Attempts at a command that the head refuses, or that does not take it to its goal."""
@@ -78,7 +204,7 @@ class SonyEviD30:
         return self._model.limits
 
     def start(self) -> None:
-        """Switches it on if it is off, inquires its model and sets the zoom.
+        """Switch it on if it is off, inquire its model and set the zoom.
 
         DeviceTimeout if it does not answer or does not get ready, DeviceError if the model's scale
         of angles is not known.
@@ -110,7 +236,7 @@ class SonyEviD30:
             math.ceil(NEAR_DEG * self._model.tilt_per_degree),
         )
         move = AbsoluteMove(goal_pan, goal_tilt)
-        here_pan, here_tilt = self._carry_out(
+        here_pan, here_tilt = self._perform(
             move, self._position, (goal_pan, goal_tilt), near, deadline
         )
         return self._state(here_pan, here_tilt)
@@ -122,19 +248,19 @@ class SonyEviD30:
         return self._state(pan, tilt)
 
     def stop(self) -> None:
-        """Stops its motion where it is; errors as `look`."""
+        """Stop its motion where it is; errors as `look`."""
         if isinstance(self._line.command(Drive(0, 0)), Failed):
             self._line.clear()
 
     def close(self) -> None:
-        """Closes the line; the head stays as it stands."""
+        """Close the line; the head stays as it stands."""
         self._line.close()
 
     def _state(self, pan: int, tilt: int) -> HeadState:
         return HeadState(*self._model.angles(pan, tilt), self._zoom, self._clock.now())
 
     def _switch_on(self, deadline: float) -> None:
-        """Waits until it reports its position, which it does not while it is off or starting."""
+        """Wait until it reports its position, which it does not while it is off or starting."""
         while True:
             power = self._line.ask(Inquiry.POWER, POWER_BYTES, bytes)
             if power in (ON, Failed(ViscaError.SYNTAX)):  # without stand-by there is nothing to ask
@@ -182,11 +308,11 @@ class SonyEviD30:
         return reply
 
     def _zoom_to(self, counts: int, deadline: float) -> None:
-        (self._zoom,) = self._carry_out(
+        (self._zoom,) = self._perform(
             ZoomTo(counts), self._zoom_counts, (counts,), (NEAR_ZOOM,), deadline
         )
 
-    def _carry_out(
+    def _perform(
         self,
         command: Command,
         read: Callable[[], Counts],

@@ -10,8 +10,6 @@ from typing import Final
 
 from facetlog.robot.head.head import HeadLimits
 
-__all__ = ["EVI_D30", "EVI_D70", "EVI_D100", "SONY_MODELS", "SonyModel"]
-
 
 @dataclass(frozen=True, slots=True)
 class SonyModel:

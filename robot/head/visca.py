@@ -1,39 +1,18 @@
-"""VISCA, the serial language of Sony's camera heads: commands and inquiries to bytes and back.
+"""VISCA, the serial language of Sony's camera heads, to bytes and back.
 
 A frame is ``8x … FF`` for the camera with address x (``88``: all of them), answered by ``90 … FF``
-from camera 1 (see `visca_replies`). Numbers of 16 bits go as four bytes, a half byte in each, in
-two's complement. Counts are the device's own: pan to the *right* and tilt up are positive.
+from camera 1 (``A0`` camera 2, …). A command is acknowledged with the socket that it runs in, and
+completed or failed later with the same socket; an inquiry is answered at once. Numbers of 16 bits
+go as four bytes, a half byte in each, in two's complement. Counts are the device's own: pan to the
+*right* and tilt up are positive.
 
 Sources: Sony EVI-D70 technical manual, pages 34-42; EVI-D100 manual, pages 23-28.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import Final
-
-__all__ = [
-    "BROADCAST",
-    "FASTEST_PAN",
-    "FASTEST_TILT",
-    "LONGEST_FRAME",
-    "AbsoluteMove",
-    "AddressSet",
-    "Cancel",
-    "Command",
-    "Drive",
-    "Fixed",
-    "Inquiry",
-    "Power",
-    "RelativeMove",
-    "ViscaSyntaxError",
-    "ZoomDrive",
-    "ZoomTo",
-    "nibbles",
-    "number",
-    "parse_command",
-    "to_bytes",
-]
 
 END: Final = 0xFF
 BROADCAST: Final = 8
@@ -125,7 +104,7 @@ class Fixed(Enum):
 
 
 class Inquiry(Enum):
-    """Inquiries; each is answered by `visca_replies.Information`."""
+    """Inquiries; each is answered by `Information`."""
 
     VERSION = bytes.fromhex("09 00 02")
     POWER = bytes.fromhex("09 04 00")
@@ -291,3 +270,170 @@ READERS: Final[dict[bytes, Callable[[bytes], Command]]] = {
     ZOOM_DRIVE: _zoom_drive,
     POWER: _power,
 }
+
+
+ACK_BYTES: Final = 3
+"""Of an acknowledgement, and of a completion."""
+ERROR_BYTES: Final = 4
+"""The shortest answer to an inquiry is an error."""
+POWER_BYTES: Final = 4
+ZOOM_BYTES: Final = 7
+VERSION_BYTES: Final = 10
+POSITION_BYTES: Final = 11
+
+INQUIRY_ANSWER = 0x50
+NETWORK_CHANGE = 0x38
+CLEAR_ECHO = bytes.fromhex("01 00 01")
+ADDRESS_SET = 0x30
+
+
+class ViscaError(IntEnum):
+    """Why a command was refused or not carried out."""
+
+    TOO_LONG = 0x01
+    SYNTAX = 0x02
+    BUFFER_FULL = 0x03
+    """Both sockets are taken."""
+    CANCELLED = 0x04
+    NO_SOCKET = 0x05
+    """There was nothing to cancel."""
+    NOT_EXECUTABLE = 0x41
+    """Not now: it is off, or starting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ack:
+    """The command was accepted and runs in this socket."""
+
+    socket: int
+
+
+@dataclass(frozen=True, slots=True)
+class Completed:
+    """The command of this socket was carried out; the head stands still."""
+
+    socket: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A command or inquiry was refused or cancelled; the socket is 0 if it never had one."""
+
+    error: ViscaError
+    socket: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Information:
+    """The answer to an inquiry."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Cleared:
+    """Every camera cleared its commands (answer to a broadcast clear)."""
+
+
+@dataclass(frozen=True, slots=True)
+class AddressesSet:
+    """The cameras were numbered; `following` is the number that a further one would get."""
+
+    following: int
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkChange:
+    """A camera was switched on or joined the line."""
+
+
+Reply = Ack | Completed | Failed | Information | Cleared | AddressesSet | NetworkChange
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """Vendor, model and firmware of the head."""
+
+    vendor: int
+    model: int
+    firmware: int
+    sockets: int
+
+    @classmethod
+    def of(cls, data: bytes) -> "Version":
+        """From the answer's data; ViscaSyntaxError if it has not seven bytes."""
+        if len(data) != 7:
+            raise ViscaSyntaxError(f"a version has 7 bytes, not {len(data)}")
+        vendor, model, firmware = (int.from_bytes(data[i : i + 2]) for i in (0, 2, 4))
+        return cls(vendor, model, firmware, sockets=data[6])
+
+    def to_bytes(self) -> bytes:
+        """As in the answer."""
+        words = (self.vendor, self.model, self.firmware)
+        return b"".join(word.to_bytes(2) for word in words) + bytes([self.sockets])
+
+
+def position_of(data: bytes) -> tuple[int, int]:
+    """Pan and tilt in counts, of a position inquiry's data; ViscaSyntaxError if it is none."""
+    if len(data) != 8:
+        raise ViscaSyntaxError(f"a position has 8 bytes, not {len(data)}")
+    return number(data[:4]), number(data[4:])
+
+
+def encode_reply(reply: Reply, address: int = 1) -> bytes:
+    """The frame of an answer from the camera with this address.
+
+    >>> encode_reply(Information(bytes.fromhex("00 01 00 08 0F 0F 08 08"))).hex(" ")
+    '90 50 00 01 00 08 0f 0f 08 08 ff'
+    """
+    sender = 0x80 + 0x10 * address
+    match reply:
+        case Ack(socket):
+            body = bytes([sender, 0x40 | socket])
+        case Completed(socket):
+            body = bytes([sender, 0x50 | socket])
+        case Failed(error, socket):
+            body = bytes([sender, 0x60 | socket, error])
+        case Information(data):
+            body = bytes([sender, INQUIRY_ANSWER]) + data
+        case Cleared():
+            body = bytes([0x80 | BROADCAST]) + CLEAR_ECHO
+        case AddressesSet(following):
+            body = bytes([0x80 | BROADCAST, ADDRESS_SET, following])
+        case NetworkChange():
+            body = bytes([sender, NETWORK_CHANGE])
+    return body + bytes([END])
+
+
+def parse_reply(frame: bytes, address: int = 1) -> Reply:
+    """The reply in a frame; ViscaSyntaxError if it is no answer from that camera.
+
+    >>> parse_reply(bytes.fromhex("90 61 04 FF"))
+    Failed(error=<ViscaError.CANCELLED: 4>, socket=1)
+    """
+    if len(frame) >= 3 and frame[-1] == END and END not in frame[:-1]:
+        head, body = frame[0], frame[1:-1]
+        if head == 0x80 + 0x10 * address:
+            return _answer(body)
+        if head == 0x80 | BROADCAST:
+            if body == CLEAR_ECHO:
+                return Cleared()
+            if len(body) == 2 and body[0] == ADDRESS_SET:
+                return AddressesSet(body[1])
+    raise ViscaSyntaxError(f"{frame.hex(' ')} is no answer of a camera head")
+
+
+def _answer(body: bytes) -> Reply:
+    kind, socket = body[0] >> 4, body[0] & 0xF
+    if body == bytes([NETWORK_CHANGE]):
+        return NetworkChange()
+    if kind == 4 and len(body) == 1:
+        return Ack(socket)
+    # Without a socket and data it is the answer to a clear, which has neither.
+    if kind == 5 and len(body) == 1 and socket:
+        return Completed(socket)
+    if kind == 5 and not socket:
+        return Information(body[1:])
+    if kind == 6 and len(body) == 2 and body[1] in tuple(ViscaError):
+        return Failed(ViscaError(body[1]), socket)
+    raise ViscaSyntaxError(f"{body.hex(' ')} is no answer of a camera head")

@@ -13,8 +13,6 @@ from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.optics import Optics
 
-__all__ = ["Board", "Corners", "straight_pixels"]
-
 # Fewer corners hardly determine a pose; four are the minimum.
 LEAST_CORNERS = 6
 MARKERS = cv2.aruco.DICT_4X4_250

@@ -23,8 +23,6 @@ from facetlog.robot.mount.kinematics import Gaze, camera_frames, camera_pose
 from facetlog.robot.mount.mount import LENGTHS, PARAMETERS, Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MountFit", "Sighting", "board_place", "fit_mount"]
-
 # Prior standard deviations of a mount: wide enough that the pictures decide what they can.
 PRIOR_LENGTH_SD, PRIOR_ANGLE_SD = 0.05, math.radians(5.0)
 # Standard deviation of a detected corner, px (OpenCV refines to about a tenth; lens and print add).
@@ -125,7 +123,7 @@ def _prior_sd(name: str) -> float:
     return PRIOR_LENGTH_SD if name in LENGTHS else PRIOR_ANGLE_SD
 
 
-def _whitening(sightings: Sequence[Sighting], station: int) -> FloatArray:
+def _compute_whitening(sightings: Sequence[Sighting], station: int) -> FloatArray:
     """W (3, 3) with Wᵀ W the inverse of the covariance of a station's place."""
     odometry = next(s.covariance for s in sightings if s.station == station)
     covariance = odometry + np.diag([PLACE_SD**2, PLACE_SD**2, HEADING_SD**2])
@@ -149,7 +147,7 @@ class _Problem:
             raise InputError("the first picture of the board gives no pose: take it from nearer")
         self.board = place
         self.stations = sorted({s.station for s in sightings})
-        self.whitening = [_whitening(sightings, station) for station in self.stations]
+        self.whitening = [_compute_whitening(sightings, station) for station in self.stations]
         self.station = np.array([self.stations.index(s.station) for s in sightings])
         self.places = np.array([(s.robot.x, s.robot.y, s.robot.heading) for s in sightings])
         self.gazes = np.array([(s.gaze.pan, s.gaze.tilt) for s in sightings])

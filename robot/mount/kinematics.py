@@ -15,8 +15,6 @@ from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Gaze", "camera_frames", "camera_pose", "gaze_at", "pose_covariance", "stand_for"]
-
 # From OpenCV's camera (x right, y down, z along the view) to a frame with x along it and z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 # Fixed-point iteration: the angles depend on the pinhole's place, and that on the angles through an
@@ -95,7 +93,7 @@ def gaze_at(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
     gaze = Gaze(0.0, 0.0)
     for _ in range(ROUNDS):
         pinhole = place + turn @ _pinhole(mount, gaze)
-        gaze = _gaze_along(turn, mount, point - pinhole)
+        gaze = _find_gaze(turn, mount, point - pinhole)
     return gaze
 
 
@@ -111,7 +109,7 @@ def stand_for(
     gaze = Gaze(0.0, 0.0)
     for _ in range(ROUNDS):
         offset = turn @ _pinhole(mount, gaze)
-        gaze = _gaze_along(turn, mount, point - np.array([*pinhole, offset[2]]))
+        gaze = _find_gaze(turn, mount, point - np.array([*pinhole, offset[2]]))
     offset = turn @ _pinhole(mount, gaze)
     return Pose2(pinhole[0] - float(offset[0]), pinhole[1] - float(offset[1]), heading), gaze
 
@@ -120,7 +118,7 @@ def _pinhole(mount: Mount, gaze: Gaze) -> FloatArray:
     return _pinhole_in_robot(mount, _head_from_axes(mount, gaze.pan, gaze.tilt))
 
 
-def _gaze_along(turn: FloatArray, mount: Mount, direction: FloatArray) -> Gaze:
+def _find_gaze(turn: FloatArray, mount: Mount, direction: FloatArray) -> Gaze:
     """The angles at which the optical axis has a direction (3,) in the world."""
     x, y, z = (turn @ _robot_from_head(mount)).T @ direction
     return Gaze(float(np.arctan2(y, x)), float(np.arctan2(z, np.hypot(x, y))) - mount.tilt_zero)

@@ -15,8 +15,6 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.regular_file import read_regular_text
 from facetlog.toml_text import toml_fields
 
-__all__ = ["ANGLES", "DEFAULT_MOUNT", "LENGTHS", "PARAMETERS", "Mount", "mount_text", "read_mount"]
-
 LENGTHS = ("x", "y", "z", "pinhole_ahead", "pinhole_left", "pinhole_up")
 ANGLES = ("yaw", "pitch", "roll", "tilt_zero", "skew")
 PARAMETERS = (*LENGTHS[:3], *ANGLES[:3], *ANGLES[3:], *LENGTHS[3:])

@@ -1,12 +1,17 @@
-"""How fast the robot may go, how hard it brakes, and how empty its battery may be."""
+"""Limits of speed, braking and battery, in the driver and as settings of the robot's firmware.
+
+The robot acknowledges nothing: some settings can be read back in its CONFIG, the others are sent
+several times.
+"""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.commands import Command, make_integer_command, read_argument
+from facetlog.robot.pioneer.packets.packet import Packet
+from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import Parameters
-
-__all__ = ["BRAKING_TIME", "Limits"]
 
 BRAKING_TIME = 0.25
 """Seconds from full speed to standing: with a lease of 0.3 s the robot then stands 0.6 s after its
@@ -88,3 +93,76 @@ class Limits:
             abs(speed) <= self.deceleration * BRAKING_TIME * slack
             and abs(turning) <= self.turning_deceleration * BRAKING_TIME * slack
         )
+
+
+FRONT_BUMPERS_STALL, REAR_BUMPERS_STALL = 1, 2
+"""Bumpers of that end stop the wheels without the program's help."""
+SENDINGS = 3
+"""Times that a setting is sent which cannot be read back: with a packet in ten lost, one robot in a
+thousand misses it."""
+READ_BACK = {
+    Command.SETV: "speed_max",
+    Command.SETRV: "turning_max",
+    Command.SETA: "deceleration",
+    Command.SETRA: "turning_deceleration",
+}
+"""The field of CONFIG with each setting; decelerations are commanded as negative values."""
+
+
+def make_limit_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
+    """Commands that make the robot keep to the limits, and stop where a bumper is pressed.
+
+    Bumpers that CONFIG does not list may be unconnected inputs.
+    """
+    bumpers = 0
+    if configuration is not None:
+        bumpers |= FRONT_BUMPERS_STALL if configuration.front_bumpers else 0
+        bumpers |= REAR_BUMPERS_STALL if configuration.rear_bumpers else 0
+    return [
+        *([make_integer_command(Command.BUMPSTALL, bumpers)] if bumpers else []),
+        make_integer_command(Command.SETV, max(1, round(limits.speed * 1e3))),
+        make_integer_command(Command.SETRV, max(1, round(math.degrees(limits.turning)))),
+        make_integer_command(Command.SETA, -max(1, round(limits.deceleration * 1e3))),
+        make_integer_command(
+            Command.SETRA, -max(1, round(math.degrees(limits.turning_deceleration)))
+        ),
+    ]
+
+
+def make_restoring_settings(configuration: Configuration | None) -> list[Packet]:
+    """Commands that restore the settings of CONFIG; none for those that it does not have."""
+    if configuration is None:
+        return []
+    c = configuration
+    values = (
+        (Command.SETV, c.speed_max, 1),
+        (Command.SETRV, c.turning_max, 1),
+        (Command.SETA, c.deceleration, -1),
+        (Command.SETRA, c.turning_deceleration, -1),
+    )
+    return [make_integer_command(command, sign * value) for command, value, sign in values if value]
+
+
+def send_until_confirmed(
+    settings: Sequence[Packet],
+    send: Callable[[Sequence[Packet]], None],
+    ask: Callable[[], Configuration | None],
+) -> None:
+    """Send settings, and repeat those that CONFIG does not confirm, each up to three times.
+
+    `ask` requests the present CONFIG, None where it is not answered.
+    """
+    for sending in range(SENDINGS):
+        if not settings:
+            return
+        send(settings)
+        if sending + 1 < SENDINGS:
+            reported = ask()
+            settings = [each for each in settings if not _confirmed(each, reported)]
+
+
+def _confirmed(setting: Packet, reported: Configuration | None) -> bool:
+    value, name = read_argument(setting), READ_BACK.get(Command(setting.kind))
+    if reported is None or name is None or not isinstance(value, int):
+        return False
+    return bool(getattr(reported, name) == abs(value))

@@ -1,10 +1,12 @@
-"""The two threads between a port and the driver's control logic: one reads, one writes.
+"""The two threads between a port and the driver's control logic, and lines to the AUX ports.
 
 The state of `Control` is guarded by one lock, whose condition waiters wait on. Everything is sent
-under a second lock, which is taken before the first; so the sender knows what was sent.
+under a second lock, which is taken before the first; so the sender knows what was sent. Where a
+separate process owns the line, it gets the lease before speeds are sent, and is released only after
+the robot is reported to stand.
 
-Where a process of its own owns the line, it is given the lease on what is sent: before speeds, and
-given back only after the robot is reported to stand.
+The robot buffers the bytes of a device on an AUX port and sends n of them, once, when n are
+requested and there. So an answer is read by requesting exactly its length (Pioneer 2 manual).
 """
 
 import logging
@@ -12,18 +14,24 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
-from facetlog.errors import DeviceError
+from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.connecting import BAUD_CODES
 from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
-from facetlog.robot.pioneer.packets.commands import Command, plain_command
-from facetlog.robot.pioneer.packets.packet import Packet, Received
-from facetlog.robot.pioneer.packets.receiver import Receiver
-from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.packets.commands import (
+    LARGEST_TEXT,
+    Command,
+    make_integer_command,
+    make_plain_command,
+    make_text_command,
+)
+from facetlog.robot.pioneer.packets.packet import Packet, Received, Receiver
+from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pioneer.traffic import TrafficLog
-
-__all__ = ["Inbox", "Link"]
 
 LOGGER = logging.getLogger(__name__)
 READ_TIMEOUT = 0.05
@@ -45,7 +53,7 @@ class Inbox:
         self._packets: deque[Received] = deque(maxlen=KEPT)
 
     def put(self, received: Received) -> None:
-        """Takes one; the link's lock is held."""
+        """Take one; the link's lock is held."""
         self._packets.append(received)
 
     def clear(self) -> None:
@@ -91,12 +99,12 @@ class Link:
         ]
 
     def start(self) -> None:
-        """Starts both threads."""
+        """Start both threads."""
         for thread in self._threads:
             thread.start()
 
     def wake(self) -> None:
-        """Wakes the writer, which checks what is to be sent."""
+        """Wake the writer, which checks what is to be sent."""
         self._wake.set()
 
     def inbox(self, kind: int) -> Inbox:
@@ -105,7 +113,7 @@ class Link:
             return self._inboxes.setdefault(kind, Inbox(self))
 
     def on_problem(self, callback: Callable[[Problem], None]) -> None:
-        """Calls back with each problem, from the reader's thread."""
+        """Call back with each problem, from the reader's thread."""
         with self.changed:
             self._callbacks.append(callback)
 
@@ -123,7 +131,7 @@ class Link:
         return True
 
     def send(self, *packets: Packet, slowly: bool = False) -> None:
-        """Sends commands one after the other, as fast as the robot accepts them.
+        """Send commands one after the other, as fast as the robot accepts them.
 
         `slowly`: as fast as the slowest firmware accepts them.
         """
@@ -162,7 +170,7 @@ class Link:
         return None
 
     def close(self) -> None:
-        """Ends the threads and closes the port; more than once does no harm."""
+        """End the threads and close the port; more than once does no harm."""
         self._closing.set()
         self._wake.set()
         with self.changed:
@@ -226,18 +234,18 @@ class Link:
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
             with self._out:
-                self._put(_wire([plain_command(Command.STOP)]))
+                self._put(_wire([make_plain_command(Command.STOP)]))
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
     def _note(self, now: float, data: bytes) -> None:
-        """Logs what is sent under the lock, so that the log has the order of `Control`."""
+        """Log what is sent under the lock, so that the log has the order of `Control`."""
         if data and self._log is not None:
             self._log.outgoing(now, data)
 
     def _put(
         self, data: bytes, lease_end: float | None = None, stopping: bytes | None = None
     ) -> None:
-        """Writes to the line; of what is sent with `stopping`, the end of its lease has changed."""
+        """Write to the line; of what is sent with `stopping`, the end of its lease has changed."""
         try:
             if self._owner is not None and stopping is not None:
                 if lease_end is not None and lease_end != self._lease_end:
@@ -274,3 +282,83 @@ class Link:
 
 def _wire(packets: Iterable[Packet]) -> bytes:
     return b"".join(packet.to_bytes() for packet in packets)
+
+
+LARGEST_REQUEST = 200
+"""Bytes that GETAUX may ask for, on P2OS (Pioneer 2 manual, page 48)."""
+ASK_AGAIN = 0.4
+"""Seconds after which a request may have been lost: 200 bytes take 0.2 s at 9600 baud."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Numbers:
+    send: Command
+    get: Command
+    report: Report
+    baud: Command | None
+
+
+PORTS = {
+    1: _Numbers(Command.TTY2, Command.GETAUX, Report.SERAUX, Command.AUX1BAUD),
+    2: _Numbers(Command.TTY3, Command.GETAUX2, Report.SERAUX2, Command.AUX2BAUD),
+    3: _Numbers(Command.TTY4, Command.GETAUX3, Report.SERAUX3, None),
+}
+
+
+class AuxLine:
+    """A line of bytes to whatever hangs on an AUX port.
+
+    `baud` sets the port's speed first; None leaves it as the robot has it (9600 mostly). ValueError
+    if there is no such port or speed.
+    """
+
+    def __init__(self, link: Link, number: int = 1, *, baud: int | None = None) -> None:
+        if number not in PORTS:
+            raise ValueError(f"there is no AUX port {number}: 1, 2 and 3 there are")
+        self._link, self._numbers = link, PORTS[number]
+        self.name = f"AUX{number}"
+        self._inbox = link.inbox(self._numbers.report)
+        self._waiting = bytearray()
+        if baud is not None:
+            if self._numbers.baud is None or baud not in BAUD_CODES:
+                raise ValueError(f"{self.name} cannot be set to {baud} baud")
+            link.send(make_integer_command(self._numbers.baud, BAUD_CODES[baud]))
+
+    def flush(self) -> None:
+        """Discard what the device has sent so far."""
+        self._link.send(make_integer_command(self._numbers.get, 0))
+        self._inbox.clear()
+        self._waiting.clear()
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to the device."""
+        for start in range(0, len(data), LARGEST_TEXT):
+            chunk = data[start : start + LARGEST_TEXT]
+            self._link.send(make_text_command(self._numbers.send, chunk))
+
+    def receive(self, count: int, timeout: float) -> bytes:
+        """Exactly `count` bytes from the device; DeviceTimeout if they do not come."""
+        deadline = time.monotonic() + timeout
+        asked_at = None
+        while len(self._waiting) < count:
+            now = time.monotonic()
+            if asked_at is None or now - asked_at >= ASK_AGAIN:
+                wanted = min(count - len(self._waiting), LARGEST_REQUEST)
+                self._link.send(make_integer_command(self._numbers.get, wanted))
+                asked_at = now
+            left = min(deadline, asked_at + ASK_AGAIN) - time.monotonic()
+            packet = self._inbox.take(max(0.0, left))
+            if packet is not None:
+                self._waiting += packet.payload
+                asked_at = None
+            elif time.monotonic() >= deadline:
+                raise DeviceTimeout(
+                    f"{self.name} of the robot: {len(self._waiting)} of {count} bytes came within"
+                    f" {timeout:.1f} s; check the device's power, cable and speed, and the port"
+                )
+        data = bytes(self._waiting[:count])
+        del self._waiting[:count]
+        return data
+
+    def close(self) -> None:
+        """Nothing: the line belongs to the robot's connection."""

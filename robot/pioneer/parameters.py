@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-__all__ = ["MODELS", "Parameters", "SonarPlace", "parameters_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class SonarPlace:
@@ -56,14 +54,16 @@ class Parameters:
 _FRONT_MM = ((115, 130, 90), (155, 115, 50), (190, 80, 30), (210, 25, 10))
 
 
-def _sonars(count: int) -> tuple[SonarPlace, ...]:
+def _list_sonars(count: int) -> tuple[SonarPlace, ...]:
     front = (*_FRONT_MM, *((x, -y, -angle) for x, y, angle in reversed(_FRONT_MM)))
     rear = tuple((-x, y, math.copysign(180, angle) - angle) for x, y, angle in reversed(front))
     places = (front + rear)[:count]
     return tuple(SonarPlace(x / 1e3, y / 1e3, math.radians(angle)) for x, y, angle in places)
 
 
-def _pioneer_2(name: str, mm: float, sonar_mm: float, turning: float, large: bool) -> Parameters:
+def _make_pioneer_2(
+    name: str, mm: float, sonar_mm: float, turning: float, large: bool
+) -> Parameters:
     return Parameters(
         name,
         distance=mm / 1e3,
@@ -77,11 +77,11 @@ def _pioneer_2(name: str, mm: float, sonar_mm: float, turning: float, large: boo
         radius=0.5 if large else 0.25,
         width=0.505 if large else 0.425,
         position_bits=12,
-        sonars=_sonars(16),
+        sonars=_list_sonars(16),
     )
 
 
-def _pioneer_1(name: str, mm: float, speed_top: float, radius: float) -> Parameters:
+def _make_pioneer_1(name: str, mm: float, speed_top: float, radius: float) -> Parameters:
     return Parameters(
         name,
         distance=mm / 1e3,
@@ -101,23 +101,23 @@ def _pioneer_1(name: str, mm: float, speed_top: float, radius: float) -> Paramet
 
 
 _LISTED = (
-    _pioneer_2("p2dx", 0.840, 0.268, 0.0056, large=False),
-    _pioneer_2("p2de", 0.969, 0.268, 0.0056, large=False),
-    _pioneer_2("p2ce", 0.826, 0.268, 0.0057, large=False),
-    _pioneer_2("p2df", 0.485, 0.268, 0.0060, large=False),
-    _pioneer_2("p2d8", 0.485, 1.0, 0.0056, large=False),
-    _pioneer_2("p2at", 1.32, 0.268, 0.0034, large=True),
-    _pioneer_2("p2at8", 1.32, 1.0, 0.0034, large=True),
-    _pioneer_2("p2it", 1.136, 0.268, 0.0032, large=True),
-    _pioneer_2("p3dx", 0.485, 1.0, 0.0056, large=False),
-    _pioneer_2("p3dx-sh", 1.0, 1.0, 0.0056, large=False),
-    _pioneer_2("p3at", 0.465, 1.0, 0.0034, large=True),
-    _pioneer_2("p3at-sh", 1.0, 1.0, 0.0034, large=True),
-    _pioneer_1("pion1m", 0.05066, 0.4, 0.22),
-    _pioneer_1("pion1x", 0.05066, 0.4, 0.22),
-    _pioneer_1("psos1m", 0.05066, 0.4, 0.22),
-    _pioneer_1("psos1x", 0.05066, 0.4, 0.22),
-    _pioneer_1("pionat", 0.070, 0.5, 0.33),
+    _make_pioneer_2("p2dx", 0.840, 0.268, 0.0056, large=False),
+    _make_pioneer_2("p2de", 0.969, 0.268, 0.0056, large=False),
+    _make_pioneer_2("p2ce", 0.826, 0.268, 0.0057, large=False),
+    _make_pioneer_2("p2df", 0.485, 0.268, 0.0060, large=False),
+    _make_pioneer_2("p2d8", 0.485, 1.0, 0.0056, large=False),
+    _make_pioneer_2("p2at", 1.32, 0.268, 0.0034, large=True),
+    _make_pioneer_2("p2at8", 1.32, 1.0, 0.0034, large=True),
+    _make_pioneer_2("p2it", 1.136, 0.268, 0.0032, large=True),
+    _make_pioneer_2("p3dx", 0.485, 1.0, 0.0056, large=False),
+    _make_pioneer_2("p3dx-sh", 1.0, 1.0, 0.0056, large=False),
+    _make_pioneer_2("p3at", 0.465, 1.0, 0.0034, large=True),
+    _make_pioneer_2("p3at-sh", 1.0, 1.0, 0.0034, large=True),
+    _make_pioneer_1("pion1m", 0.05066, 0.4, 0.22),
+    _make_pioneer_1("pion1x", 0.05066, 0.4, 0.22),
+    _make_pioneer_1("psos1m", 0.05066, 0.4, 0.22),
+    _make_pioneer_1("psos1x", 0.05066, 0.4, 0.22),
+    _make_pioneer_1("pionat", 0.070, 0.5, 0.33),
 )
 MODELS: Mapping[str, Parameters] = MappingProxyType({each.name: each for each in _LISTED})
 

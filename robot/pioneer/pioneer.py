@@ -21,28 +21,31 @@ from types import TracebackType
 from typing import Self, TypeVar
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer.aux_line import AuxLine
-from facetlog.robot.pioneer.connecting import Connected, connect_over, known_model
-from facetlog.robot.pioneer.control import Control
-from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.connecting import Connected, check_model, connect_over
+from facetlog.robot.pioneer.control import LONGEST_LEASE, Control
+from facetlog.robot.pioneer.guard import Cause, Problem
+from facetlog.robot.pioneer.limits import Limits, send_until_confirmed
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
-from facetlog.robot.pioneer.link import Link
-from facetlog.robot.pioneer.motion import LONGEST_LEASE
-from facetlog.robot.pioneer.odometry import OdometryErrors
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.packets.configuration import CONFIGURATION_KIND, Configuration
+from facetlog.robot.pioneer.link import AuxLine, Link
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.packets.reports import (
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    TruePose,
+)
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.pioneer.settings import send_until_confirmed
-from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState
 from facetlog.robot.pioneer.traffic import TrafficLog
 from facetlog.robot.pose2 import Pose2
-
-__all__ = ["LEASE", "Pioneer"]
 
 LEASE = LONGEST_LEASE
 """Seconds that a speed lasts: two rounds of a program that drives ten times a second, and one."""
@@ -110,7 +113,7 @@ class Pioneer:
         bad argument; DeviceError or DeviceTimeout with what was tried and what to check.
         """
         if model is not None:
-            known_model(model)
+            check_model(model)
         if isinstance(address, str):
             if clock is not time.monotonic:
                 raise ValueError("only a port that is given can have a clock of its own")
@@ -185,7 +188,7 @@ class Pioneer:
             return self._control.halted
 
     def on_problem(self, callback: Callable[[Problem], None]) -> None:
-        """Calls back with each problem from now on, from a thread of the driver.
+        """Call back with each problem from now on, from a thread of the driver.
 
         The callback may stop the robot, but must not wait for it.
         """
@@ -193,7 +196,7 @@ class Pioneer:
         self._link.on_problem(callback)
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> tuple[float, float]:
-        """Drives at m/s ahead and rad/s counter-clockwise for `lease` seconds, `LEASE` at most.
+        """Drive at m/s ahead and rad/s counter-clockwise for `lease` seconds, `LEASE` at most.
 
         The speeds are scaled down by one factor where they exceed the limits, and are zero while no
         reports come; the commanded ones are returned (whole mm/s and degrees/s on the wire).
@@ -216,20 +219,20 @@ class Pioneer:
             self._link.wake()
 
     def emergency_stop(self) -> None:
-        """Stops as hard as it can; it is not driven on before `clear_stop`."""
+        """Stop as hard as it can; it is not driven on before `clear_stop`."""
         if self._mine():
             with self._link.changed:
                 self._control.emergency_stop(self._clock())
             self._link.wake()
 
     def clear_stop(self) -> None:
-        """Allows driving after a stop; a cause that still holds refuses the next drive."""
+        """Allow driving after a stop; a cause that still holds refuses the next drive."""
         self._check()
         with self._link.changed:
             self._control.clear_stop()
 
     def enable_motors(self) -> None:
-        """Switches the motors on, and clears what stopped the robot.
+        """Switch the motors on, and clear what stopped the robot.
 
         DeviceError if they stay off. Old firmware (P2OS, PSOS) does not report it: there it shows
         when the robot is driven. Only this call switches them on.
@@ -245,7 +248,7 @@ class Pioneer:
             )
 
     def disable_motors(self) -> None:
-        """Stops the robot, and switches the motors off once it stands."""
+        """Stop the robot, and switch the motors off once it stands."""
         self._check()
         self.stop()
         self._wait(lambda state: state.standing, STAND_TIMEOUT)
@@ -257,7 +260,7 @@ class Pioneer:
         Without them reports are half as long: a slow line keeps up, a bad one loses fewer.
         """
         self._check()
-        self._link.send(integer_command(Command.SONAR, int(on)))
+        self._link.send(make_integer_command(Command.SONAR, int(on)))
 
     def wait_for(self, condition: Callable[[RobotState], bool], timeout: float) -> RobotState:
         """The first state from now on that meets a condition; DeviceTimeout if none does in time.
@@ -292,7 +295,7 @@ class Pioneer:
         return answer.pose
 
     def close(self) -> None:
-        """Stops the robot, switches its motors off, ends the session; again does no harm."""
+        """Stop the robot, switch its motors off, end the session; again does no harm."""
         if not self._mine():
             return  # a fork: the robot and the line are its parent's
         with self._close_lock:
@@ -319,8 +322,8 @@ class Pioneer:
         self.close()
 
     def _part(self) -> None:
-        """Stops the robot and frees its line; a failing step must not prevent the others."""
-        zeros = [integer_command(Command.VEL, 0), integer_command(Command.RVEL, 0)]
+        """Stop the robot and free its line; a failing step must not prevent the others."""
+        zeros = [make_integer_command(Command.VEL, 0), make_integer_command(Command.RVEL, 0)]
         with contextlib.suppress(DeviceError):
             self.stop()
             self._wait(lambda state: state.standing, STAND_TIMEOUT)
@@ -333,7 +336,7 @@ class Pioneer:
 
     def _farewell(self) -> list[Packet]:
         """What ends a session, to be sent slowly: motors off, the robot's own settings, CLOSE."""
-        off, close = integer_command(Command.ENABLE, 0), plain_command(Command.CLOSE)
+        off, close = make_integer_command(Command.ENABLE, 0), make_plain_command(Command.CLOSE)
         return [off, *self._control.parting(), close]
 
     def _switch(self, *, on: bool, tries: int, each: float) -> None:
@@ -356,15 +359,15 @@ class Pioneer:
         """CONFIG with the present settings; None if it is not answered."""
         if self.configuration is None:
             return None
-        question = integer_command(Command.CONFIG, 1)
-        answer = self._link.ask(question, CONFIGURATION_KIND, tries=SET_TRIES, each=ASK_EACH)
+        question = make_integer_command(Command.CONFIG, 1)
+        answer = self._link.ask(question, Report.CONFIG, tries=SET_TRIES, each=ASK_EACH)
         return None if answer is None else Configuration.from_packet(answer)
 
     def _ask(
         self, command: Command, kind: Report, read: Callable[[Packet], Answer], what: str
     ) -> Answer:
         self._check()
-        question = integer_command(command, 1)
+        question = make_integer_command(command, 1)
         packet = self._link.ask(question, kind, tries=ASK_TRIES, each=ASK_EACH)
         if packet is None:
             raise DeviceTimeout(f"{self.address}: the robot does not report {what}")

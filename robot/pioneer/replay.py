@@ -9,12 +9,9 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.odometry import OdometryErrors
 from facetlog.robot.pioneer.packets.packet import Decoder, Received
-from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState
 from facetlog.robot.pioneer.traffic import SCHEMA
-
-__all__ = ["ReplayPort", "replay", "replayed_states"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +70,7 @@ class ReplayPort:
         """Forgets it."""
 
     def close(self) -> None:
-        """Ends the log."""
+        """End the log."""
         self._chunks = iter(())
 
 

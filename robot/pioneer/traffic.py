@@ -14,12 +14,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.packets.commands import command_name
+from facetlog.robot.pioneer.packets.commands import name_command
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.reports import Report
-from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
-
-__all__ = ["SCHEMA", "TrafficLog", "report_name"]
+from facetlog.robot.pioneer.packets.reports import SIP_KINDS, Report
 
 SCHEMA = 1
 WAITING_LINES = 20_000
@@ -54,7 +51,7 @@ class TrafficLog:
         self._untold: str | None = None
         self._failed: Callable[[str], None] | None = None
         self._lock = threading.Lock()
-        self._names = {"in": (Decoder(), report_name), "out": (Decoder(), command_name)}
+        self._names = {"in": (Decoder(), report_name), "out": (Decoder(), name_command)}
         self._thread = threading.Thread(target=self._run, name="pioneer-log", daemon=True)
         self._thread.start()
 
@@ -64,7 +61,7 @@ class TrafficLog:
         return self._broken
 
     def on_failure(self, failed: Callable[[str], None]) -> None:
-        """Calls back, once and from any thread, with why nothing is written any more."""
+        """Call back, once and from any thread, with why nothing is written any more."""
         with self._lock:
             self._failed = failed
         self._notify()
@@ -72,7 +69,7 @@ class TrafficLog:
     def start(
         self, at: float, address: str, *, serial: bool, model: str | None, baud: int | None
     ) -> None:
-        """Begins a session; `model` and `baud` are what the user gave."""
+        """Begin a session; `model` and `baud` are what the user gave."""
         wall = datetime.now(UTC).isoformat(timespec="milliseconds")
         details = {"address": address, "serial": serial, "model": model, "baud": baud}
         self._put((at, "", b"", {"schema": SCHEMA, "start": wall, **details}))
@@ -90,7 +87,7 @@ class TrafficLog:
         self._put((at, "", b"", details))
 
     def close(self) -> None:
-        """Writes the queued lines, for a bounded time."""
+        """Write the queued lines, for a bounded time."""
         ended = False
         while not ended:
             try:

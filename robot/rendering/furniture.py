@@ -9,19 +9,6 @@ import numpy as np
 from facetlog.robot.rendering.solids import LEAST_INSET_SHARE, WHITE_PAINT, Part, joined, legs, slab
 from facetlog.robot.rendering.world import Solid
 
-__all__ = [
-    "bed",
-    "bench",
-    "cabinet",
-    "crate",
-    "desk",
-    "frame",
-    "shelf",
-    "sofa",
-    "stairs",
-    "stool",
-]
-
 # A desk's front panel hangs this far in from its rear rim, as a share of the depth.
 MODESTY_INSET_SHARE = 0.15
 

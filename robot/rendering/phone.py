@@ -15,8 +15,6 @@ from facetlog.perception.types import Camera, FloatArray, Image, Pose
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.world import World
 
-__all__ = ["Phone", "phone_picture"]
-
 # The pinhole's picture is finer, for it is sampled again, and wider, for rays bend and shake.
 FINER, WIDER = 1.25, 1.12
 INSTANTS = 7

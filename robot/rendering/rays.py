@@ -8,17 +8,6 @@ from numpy.typing import NDArray
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.rendering.world import Facet, World
 
-__all__ = [
-    "BACKGROUND",
-    "FLOOR",
-    "Hits",
-    "Screen",
-    "first_hits",
-    "in_shadow",
-    "seen_by",
-    "seen_from_sun",
-]
-
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
@@ -65,15 +54,15 @@ def seen_by(world: World, camera: Camera, pose: Pose) -> Screen:
     found = []
     for index, facet in enumerate(world.facets):
         if facet.normal @ (pose.centre - facet.corners[0]) > 0:
-            box = _picture_box(facet, camera, pose)
+            box = _find_picture_box(facet, camera, pose)
             if box is not None:
                 found.append(Screened(index, facet, box))
     return _screen(found)
 
 
-def seen_from_sun(world: World) -> Screen:
+def find_facets_to_sun(world: World) -> Screen:
     """The facets turned to the sun, with their bounds on a plane square to its rays."""
-    across = _square_to(world.sun)
+    across = _find_axes_square_to(world.sun)
     found = []
     for index, facet in enumerate(world.facets):
         if facet.normal @ world.sun > 0:
@@ -124,9 +113,9 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
 def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
     """Whether a solid stands between each point (3, n) and the sun, (n,).
 
-    `screen` is that of `seen_from_sun` for the world.
+    `screen` is that of `find_facets_to_sun` for the world.
     """
-    p, q = _square_to(world.sun) @ points
+    p, q = _find_axes_square_to(world.sun) @ points
     shadowed = np.zeros(len(p), dtype=np.bool_)
     for solid_box, facets in screen.solids:
         near_solid = _within(p, q, solid_box)
@@ -162,7 +151,7 @@ def _near(facet: Facet) -> float:
     return NEAR_SHARE * facet.reach
 
 
-def _picture_box(facet: Facet, camera: Camera, pose: Pose) -> FloatArray | None:
+def _find_picture_box(facet: Facet, camera: Camera, pose: Pose) -> FloatArray | None:
     """Bounds (u0, v0, u1, v1) of the part of a facet before the near plane, None if none is."""
     corners = (facet.corners - pose.centre) @ pose.rotation
     near = _near(facet)
@@ -198,7 +187,7 @@ def _screen(found: list[Screened]) -> Screen:
     return Screen(tuple(solids))
 
 
-def _square_to(direction: FloatArray) -> FloatArray:
+def _find_axes_square_to(direction: FloatArray) -> FloatArray:
     """Two unit vectors (2, 3) square to a unit vector and to each other."""
     first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     first /= np.linalg.norm(first)

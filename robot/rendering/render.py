@@ -18,15 +18,13 @@ from facetlog.robot.rendering.rays import (
     Hits,
     IndexArray,
     Screen,
+    find_facets_to_sun,
     first_hits,
     in_shadow,
     seen_by,
-    seen_from_sun,
 )
 from facetlog.robot.rendering.texture import Sheet, Texture, sample
 from facetlog.robot.rendering.world import World
-
-__all__ = ["render"]
 
 # A Fibonacci lattice (Niederreiter, Random Number Generation, 1992, section 5.3): seen along
 # either axis its points are evenly spaced, so even an upright edge is placed to 1/34 of a pixel.
@@ -60,7 +58,7 @@ def render(
     pixel is (0, 0).
     """
     margin = math.ceil(MARGIN_SDS * blur_px)
-    grey = _irradiance_picture(_Stage.of(world, camera, pose), margin=margin)
+    grey = _render_irradiance(_Stage.of(world, camera, pose), margin=margin)
     if blur_px > 0:
         grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur_px), dtype=np.float64)
     grey = grey[margin : margin + camera.height, margin : margin + camera.width]
@@ -69,7 +67,7 @@ def render(
     return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
 
 
-def _irradiance_picture(stage: "_Stage", *, margin: int) -> FloatArray:
+def _render_irradiance(stage: "_Stage", *, margin: int) -> FloatArray:
     """The picture before blur and noise, with `margin` more pixels on every side."""
     rows = stage.camera.height + 2 * margin
     columns = stage.camera.width + 2 * margin
@@ -78,9 +76,9 @@ def _irradiance_picture(stage: "_Stage", *, margin: int) -> FloatArray:
     flat, surface = np.empty(rows * columns), np.empty(rows * columns, dtype=np.intp)
     for start in range(0, rows * columns, RAYS_AT_A_TIME):
         part = slice(start, start + RAYS_AT_A_TIME)
-        flat[part], surface[part] = _shade(stage, uv[:, part], spacing=1.0)
+        flat[part], surface[part] = _shade_pixels(stage, uv[:, part], spacing=1.0)
 
-    mixed = np.flatnonzero(_differs_from_neighbours(surface.reshape(rows, columns)))
+    mixed = np.flatnonzero(_find_differing(surface.reshape(rows, columns)))
     i = np.arange(LATTICE_POINTS)
     lattice = np.stack([i, i * LATTICE_STEP % LATTICE_POINTS]) / LATTICE_POINTS
     step = RAYS_AT_A_TIME // LATTICE_POINTS
@@ -88,12 +86,12 @@ def _irradiance_picture(stage: "_Stage", *, margin: int) -> FloatArray:
         pixels = mixed[start : start + step]
         offsets = (lattice[:, None, :] + (SHIFTS[:, None] * pixels)[:, :, None]) % 1.0 - 0.5
         rays = (uv[:, pixels, None] + offsets).reshape(2, -1)
-        fine, _ = _shade(stage, rays, spacing=LATTICE_POINTS**-0.5)
+        fine, _ = _shade_pixels(stage, rays, spacing=LATTICE_POINTS**-0.5)
         flat[pixels] = fine.reshape(-1, LATTICE_POINTS).mean(axis=1)
     return flat.reshape(rows, columns)
 
 
-def _differs_from_neighbours(surface: IndexArray) -> IndexArray:
+def _find_differing(surface: IndexArray) -> IndexArray:
     """Pixels one of whose eight neighbours shows another surface, or the same in other light."""
     cells = surface.astype(np.float32)  # exact: numbers of surfaces stay far below 2^24
     square = np.ones((3, 3), np.uint8)
@@ -119,11 +117,13 @@ class _Stage:
 
     @classmethod
     def of(cls, world: World, camera: Camera, pose: Pose) -> "_Stage":
-        seen, sunlit = seen_by(world, camera, pose), seen_from_sun(world)
+        seen, sunlit = seen_by(world, camera, pose), find_facets_to_sun(world)
         return cls(world, camera, pose, seen, sunlit, *_tables(world))
 
 
-def _shade(stage: _Stage, uv: FloatArray, *, spacing: float) -> tuple[FloatArray, IndexArray]:
+def _shade_pixels(
+    stage: _Stage, uv: FloatArray, *, spacing: float
+) -> tuple[FloatArray, IndexArray]:
     """Grey (n,) seen through pixels uv (2, n), and a number (n,) per surface and light.
 
     `spacing` is how far apart the rays are, in pixels.

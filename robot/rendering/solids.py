@@ -13,25 +13,6 @@ from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.world import Solid
 
-__all__ = [
-    "LEAST_INSET_SHARE",
-    "Part",
-    "chair",
-    "cuboid",
-    "cylinder",
-    "joined",
-    "legs",
-    "placed",
-    "printed",
-    "prism",
-    "pyramid",
-    "room_corner",
-    "slab",
-    "standing_wedge",
-    "table",
-    "wedge",
-]
-
 WHITE_PAINT = 0.96
 # Neighbouring facets of a lit cylinder then differ by one or two grey levels, less than the noise
 # of any camera: no edge to be seen.

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Pattern", "Sheet", "Texture", "sample"]
-
 # Texels along a side of the bitmap: one period over 512 is finer than a pixel of a usual view.
 BITMAP_SIZE = 512
 # cv2.remap takes maps of at most 32,767 columns or rows: long lists of samples are folded.
@@ -95,7 +93,7 @@ class Sheet:
         for i in np.flatnonzero(np.bincount(level)):
             here = on[level == i]
             rows, columns = self.levels[i].shape
-            factors[here] = _bilinear(
+            factors[here] = _interpolate(
                 self.levels[i], x[here] * columns - 0.5, y[here] * rows - 0.5, cv2.BORDER_REPLICATE
             )
         return factors
@@ -125,10 +123,10 @@ def sample(texture: Texture | Sheet, points: FloatArray, footprint: FloatArray) 
 def _read(bitmap: NDArray[np.float32], turns: FloatArray) -> FloatArray:
     # Texel j covers [j, j + 1) / size: its middle is at j + 1/2.
     x, y = turns * bitmap.shape[0] - 0.5
-    return _bilinear(bitmap, x, y, cv2.BORDER_WRAP)
+    return _interpolate(bitmap, x, y, cv2.BORDER_WRAP)
 
 
-def _bilinear(bitmap: NDArray[np.float32], x: FloatArray, y: FloatArray, rim: int) -> FloatArray:
+def _interpolate(bitmap: NDArray[np.float32], x: FloatArray, y: FloatArray, rim: int) -> FloatArray:
     """The bitmap at texels (n,) across and down."""
     count = len(x)
     rows = -(-count // FOLD)

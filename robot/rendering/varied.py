@@ -24,8 +24,6 @@ from facetlog.robot.rendering.furniture import (
 from facetlog.robot.rendering.solids import chair, cuboid, placed, table
 from facetlog.robot.rendering.world import Solid
 
-__all__ = ["VARIED", "shrunk"]
-
 CM = 1 / 2.54  # inches
 # What the tour's cameras, 35 inches away and 28.5 high, see whole in 20 of 24 pictures and from
 # above (measured on boxes turned at random): the diagonal of the plan, and the height.

@@ -17,17 +17,6 @@ from facetlog.robot.recording import Format, write_ground_truth, write_views
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.world import GroundTruth, World
 
-__all__ = [
-    "Similarity",
-    "pose_errors",
-    "random_similarity",
-    "shuffled",
-    "simulate",
-    "views_of",
-    "with_drift",
-    "with_pose_noise",
-]
-
 # Accuracy of a pan-tilt head: some steps of its encoder and the backlash of its gears, radians.
 HEAD_SD = float(np.radians(0.1))
 # Place on the ground and heading among x, y, z and the rotations about them.

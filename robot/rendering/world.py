@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.texture import Sheet, Texture
 
-__all__ = ["Facet", "Floor", "GroundTruth", "Solid", "SolidTruth", "World"]
-
 # A corner may lie off the plane of its face by this share of the solid's size: rounding only.
 FLATNESS = 1e-9
 
@@ -47,13 +45,13 @@ class Solid:
             raise ValueError(f"{self.name}: one albedo and one print for each face are needed")
         if not all(0 <= a <= 1 for a in self.albedo):
             raise ValueError(f"{self.name}: an albedo is outside [0, 1]")
-        directed = [e for face in self.faces for e in _ring(face)]
+        directed = [e for face in self.faces for e in _list_sides(face)]
         if len(set(directed)) != len(directed):
             raise ValueError(f"{self.name}: two faces run along an edge in the same direction")
         extent = float(np.ptp(vertices, axis=0).max())
         for face in self.faces:
             corners = vertices[list(face)]
-            normal = _newell_normal(corners)
+            normal = _compute_newell_normal(corners)
             if np.abs((corners - corners.mean(axis=0)) @ normal).max() > FLATNESS * extent:
                 raise ValueError(f"{self.name}: face {face} is not flat")
 
@@ -72,7 +70,7 @@ class Solid:
         """Pairs of vertices joined by a true edge, each once, sorted."""
         owners: dict[tuple[int, int], list[int]] = {}
         for index, face in enumerate(self.faces):
-            for start, end in _ring(face):
+            for start, end in _list_sides(face):
                 owners.setdefault((min(start, end), max(start, end)), []).append(index)
         return tuple(
             sorted(
@@ -194,7 +192,7 @@ class World:
 
 
 def _facet(solid: Solid, index: int, face: int, corners: FloatArray, surface: int) -> Facet:
-    normal = _newell_normal(corners)
+    normal = _compute_newell_normal(corners)
     x_axis = corners[1] - corners[0]
     x_axis /= np.linalg.norm(x_axis)
     axes = np.array([x_axis, np.cross(normal, x_axis)])
@@ -220,11 +218,11 @@ def _facet(solid: Solid, index: int, face: int, corners: FloatArray, surface: in
     )
 
 
-def _ring(loop: Sequence[int]) -> list[tuple[int, int]]:
+def _list_sides(loop: Sequence[int]) -> list[tuple[int, int]]:
     return [(loop[i - 1], loop[i]) for i in range(len(loop))]
 
 
-def _newell_normal(corners: FloatArray) -> FloatArray:
+def _compute_newell_normal(corners: FloatArray) -> FloatArray:
     """Unit normal of a loop (n, 3), convex or not, on the side from which it runs ccw."""
     after = np.roll(corners, -1, axis=0)
     total = np.cross(corners - corners[0], after - corners[0]).sum(axis=0)

@@ -26,17 +26,6 @@ from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.varied import VARIED, shrunk
 from facetlog.robot.rendering.world import Floor, Solid, World
 
-__all__ = [
-    "BLOCK_CENTRE",
-    "BLOCK_SIZE",
-    "INCH",
-    "WORLDS",
-    "Maker",
-    "make_world",
-    "with_clutter",
-    "world_of",
-]
-
 INCH = 0.0254  # metres
 # Where the pans of the paper's tour (figure 8) cross, and the block of its section 6, inches.
 BLOCK_CENTRE = (23.2, 56.1)

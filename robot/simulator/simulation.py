@@ -1,28 +1,38 @@
-"""The whole simulated robot without I/O: firmware, head, line faults; time is an argument."""
+"""The whole simulated robot: firmware, head and line faults; without I/O, and in real time."""
 
 import math
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.simulator.body.dynamics import Body, Truth
-from facetlog.robot.simulator.body.obstacles import Obstacles
-from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.body import Body, Obstacles, Sonars, Truth
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint
 from facetlog.robot.simulator.device import Device
-from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
-from facetlog.robot.simulator.faulty_line import FaultyLine
-from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
+from facetlog.robot.simulator.firmware.drive import Drive, Odometry
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import default_configuration
-from facetlog.robot.simulator.firmware.servo import Odometry
-from facetlog.robot.simulator.heads.by_name import make_head
-from facetlog.robot.simulator.scene import make_scene
-from facetlog.robot.simulator.world_file import WorldSetup
+from facetlog.robot.simulator.firmware.generations import make_default_configuration
+from facetlog.robot.simulator.heads.canon import CanonHead
+from facetlog.robot.simulator.heads.sony import SonyHead
+from facetlog.robot.simulator.world_file import WorldSetup, make_scene
 
-__all__ = ["Simulation", "SimulationState"]
+
+def make_head(kind: str) -> Device | None:
+    """A head of this kind at rest; None for `none`."""
+    match kind:
+        case "sony-evi-d30":
+            return SonyHead()
+        case "canon-vc-c4":
+            return CanonHead()
+        case _:
+            return None
+
 
 # Separate random streams for motion and for the line, independent of that of the pictures.
 MOTION_STREAM, LINE_STREAM = 1, 2
@@ -57,7 +67,7 @@ class Simulation:
     def __init__(self, setup: WorldSetup, *, head: Device | None = None) -> None:
         self.setup = setup
         self.head = head or make_head(setup.head.kind)
-        self.firmware = _firmware(setup)
+        self.firmware = _make_firmware(setup)
         rng = np.random.default_rng([setup.seed, LINE_STREAM])
         self._to_robot, self._to_client = FaultyLine(rng), FaultyLine(rng)
         self._schedule = Schedule()
@@ -74,13 +84,11 @@ class Simulation:
             port.device = self.head
 
     def receive(self, data: bytes, now: float) -> None:
-        """Bytes from the client."""
         self.advance(now)
         self._to_robot.push(data, now)
         self.advance(now)
 
     def pending(self, now: float) -> bytes:
-        """Bytes for the client."""
         self.advance(now)
         return self._to_client.pull(now)
 
@@ -103,13 +111,12 @@ class Simulation:
         return self.setup.head.port == OWN_PORT
 
     def inject(self, fault: Fault, now: float) -> None:
-        """Injects a fault from now on."""
         self.advance(now)
         self._schedule.add(now, fault)
         self.advance(now)
 
     def advance(self, now: float) -> None:
-        """Advances everything to `now`, in the order of events."""
+        """Advance everything to `now`, in the order of events."""
         while True:
             times = (self._schedule.next_at, self._to_robot.next_at)
             at = min((t for t in times if t is not None), default=math.inf)
@@ -123,14 +130,12 @@ class Simulation:
         self._to_client.push(self.firmware.pending(now), now)
 
     def viewpoint(self, now: float) -> Viewpoint:
-        """The camera's viewpoint."""
         self.advance(now)
         truth = self.firmware.drive.body.truth
         pan, tilt, _ = self._angles(now)
         return Viewpoint(truth.x, truth.y, truth.heading, pan, tilt)
 
     def state(self, now: float) -> SimulationState:
-        """The true state now."""
         self.advance(now)
         drive = self.firmware.drive
         pan, tilt, zoom = self._angles(now)
@@ -197,10 +202,10 @@ class Simulation:
                 self.camera_silent = fault.on
 
 
-def _firmware(setup: WorldSetup) -> Firmware:
+def _make_firmware(setup: WorldSetup) -> Firmware:
     robot = setup.robot
     parameters = parameters_of(robot.model)
-    configuration = replace(default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
+    configuration = replace(make_default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
     start = Truth(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
     world = make_scene(setup.scene)
     obstacles = Obstacles.of(world.solids, radius=parameters.radius, height=robot.height)
@@ -222,3 +227,28 @@ def _firmware(setup: WorldSetup) -> Firmware:
         position_bits=robot.position_bits,
         battery_v=robot.battery_v,
     )
+
+
+LONGEST_GAP = 2.0
+"""Seconds that the simulation catches up at once; after a longer sleep the rest is skipped."""
+
+
+class LiveSimulation:
+    """A simulation in real time behind a lock: one thread at a time sees it as it is now."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
+        self._last = 0.0
+
+    @contextmanager
+    def now(self) -> Iterator[tuple[Simulation, float]]:
+        """The simulation and its time in seconds; nobody else has it meanwhile."""
+        with self._lock:
+            passed = time.monotonic() - self._started
+            if passed - self._last > LONGEST_GAP:
+                self._started += passed - self._last - LONGEST_GAP
+                passed = self._last + LONGEST_GAP
+            self._last = passed
+            yield self._simulation, passed

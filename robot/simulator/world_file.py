@@ -1,4 +1,4 @@
-"""The world file of the simulator: TOML, every key of it documented in default_world.toml."""
+"""The world file of the simulator (TOML, documented in default_world.toml) and its scene."""
 
 import re
 from dataclasses import replace
@@ -6,31 +6,20 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.rendering.worlds import WORLDS
-from facetlog.robot.simulator.body.dynamics import MotionErrors
+from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
+from facetlog.robot.rendering.world import Solid, World
+from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
+from facetlog.robot.simulator.body import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
 from facetlog.toml_text import toml_fields
-
-__all__ = [
-    "CameraSetup",
-    "ErrorSetup",
-    "HeadSetup",
-    "MountSetup",
-    "RobotSetup",
-    "SceneSetup",
-    "SolidSetup",
-    "StartSetup",
-    "TimedFault",
-    "WorldSetup",
-    "read_world",
-]
 
 FORM = ConfigDict(extra="forbid")
 DEFAULT_WORLD = "default_world.toml"
@@ -181,7 +170,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
     InputError in one line that names the file, the line and the key, and what may stand there.
     """
     if path is None:
-        name, text = DEFAULT_WORLD, _default_text()
+        name, text = DEFAULT_WORLD, _read_default_text()
     else:
         name = str(path)
         try:
@@ -198,7 +187,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
     return setup
 
 
-def _default_text() -> str:
+def _read_default_text() -> str:
     return files("facetlog.robot.simulator").joinpath(DEFAULT_WORLD).read_text(encoding="utf-8")
 
 
@@ -207,38 +196,38 @@ def _refusal(name: str, text: str, error: ValidationError) -> InputError:
     place = tuple(part for part in first["loc"] if isinstance(part, str | int))
     unknown = first["type"] in ("unexpected_keyword_argument", "extra_forbidden")
     said = "there is no such key" if unknown else _lower(str(first["msg"]))
-    return _fault(name, text, place, said)
+    return _make_error(name, text, place, said)
 
 
 def _lower(message: str) -> str:
     return message[:1].lower() + message[1:]
 
 
-def _fault(name: str, text: str, place: tuple[str | int, ...], said: str) -> InputError:
+def _make_error(name: str, text: str, place: tuple[str | int, ...], said: str) -> InputError:
     key = ".".join(str(part) for part in place)
-    return InputError(f"{name}:{_line_of(text, place)}: {key}: {said}")
+    return InputError(f"{name}:{_find_line(text, place)}: {key}: {said}")
 
 
 def _check_names(name: str, text: str, setup: WorldSetup) -> None:
     """InputError for names that the project does not have."""
     if setup.scene.world not in WORLDS:
         said = f"no world {setup.scene.world!r}; there are {', '.join(WORLDS)}"
-        raise _fault(name, text, ("scene", "world"), said)
+        raise _make_error(name, text, ("scene", "world"), said)
     if setup.robot.model not in MODELS:
         said = f"no model {setup.robot.model!r}; there are {', '.join(MODELS)}"
-        raise _fault(name, text, ("robot", "model"), said)
+        raise _make_error(name, text, ("robot", "model"), said)
     for key, value in setup.robot.config.items():
         place = ("robot", "config", key)
         if key not in Configuration.__dataclass_fields__:
-            raise _fault(name, text, place, "there is no such field in a CONFIG packet")
+            raise _make_error(name, text, place, "there is no such field in a CONFIG packet")
         wanted = str if "str" in str(Configuration.__dataclass_fields__[key].type) else int
         if not isinstance(value, wanted) or (wanted is int and not 0 <= int(value) <= 0xFFFF):
             said = "give a text" if wanted is str else "give a number from 0 to 65535"
-            raise _fault(name, text, place, said)
+            raise _make_error(name, text, place, said)
     for index, solid in enumerate(setup.scene.solid):
         said = _wrong_size(solid)
         if said:
-            raise _fault(name, text, ("scene", "solid", index, "size"), said)
+            raise _make_error(name, text, ("scene", "solid", index, "size"), said)
 
 
 SIZES = {"box": 3, "pyramid": 3, "cylinder": 2, "wedge": 2, "prism": 1}
@@ -252,7 +241,7 @@ def _wrong_size(solid: SolidSetup) -> str:
     return ""
 
 
-def _line_of(text: str, place: tuple[str | int, ...]) -> int:
+def _find_line(text: str, place: tuple[str | int, ...]) -> int:
     """The line, from 1, of the key at this place, or of the nearest table round it."""
     lines: dict[tuple[str | int, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}
@@ -273,3 +262,37 @@ def _line_of(text: str, place: tuple[str | int, ...]) -> int:
         if place[:length] in lines:
             return lines[place[:length]]
     return 1
+
+
+def in_metres(world: World) -> World:
+    """A world of robot/rendering/worlds.py, whose unit is the inch, with all lengths in metres."""
+    solids = tuple(solid.moved(np.eye(3), np.zeros(3), INCH) for solid in world.solids)
+    floor = world.floor
+    if floor is not None and floor.texture is not None:
+        floor = replace(floor, texture=floor.texture.scaled(INCH))
+    return replace(world, solids=solids, floor=floor)
+
+
+def make_scene(setup: SceneSetup) -> World:
+    """The world that a scene names, with the solids that it adds.
+
+    >>> [round(side, 4) for side in make_scene(SceneSetup()).solids[0].size]
+    [0.254, 0.2032, 0.1524]
+    """
+    world = in_metres(make_world(setup.world, setup.seed))
+    return replace(world, solids=world.solids + tuple(_solid(each) for each in setup.solid))
+
+
+def _solid(setup: SolidSetup) -> Solid:
+    match setup.kind, setup.size:
+        case "box", (x, y, z):
+            made = cuboid(x, y, z, albedo=setup.albedo)
+        case "pyramid", (x, y, z):
+            made = pyramid(x, y, z, albedo=setup.albedo)
+        case "cylinder", (diameter, height):
+            made = cylinder(diameter, height, albedo=setup.albedo)
+        case "wedge", (length, side):
+            made = wedge(length, side, albedo=setup.albedo)
+        case _:
+            made = prism(setup.plan, setup.size[0], name="prism", albedo=setup.albedo)
+    return placed(made, *setup.at, yaw=float(np.deg2rad(setup.yaw_deg)))

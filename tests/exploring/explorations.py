@@ -14,7 +14,7 @@ from facetlog.exploring.needs import Lead, Needs, Open
 from facetlog.mapping.sonar_beams import FARTHEST
 from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.drive import Body, MobileBase
 from facetlog.robot.collecting.next_stop import Around, ChosenStops
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
@@ -22,7 +22,6 @@ from facetlog.robot.collecting.ring_views import bearing
 from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.session import Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pioneer.parameters import parameters_of

@@ -10,7 +10,7 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.exploring.explorer import Explorer
-from facetlog.robot.camera.freshness import Frame
+from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.record import Taken, read_record
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.head.head import HeadState

@@ -10,11 +10,11 @@ import pytest
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest, Needs, Open
-from facetlog.robot.collecting.keep_out import rings_round_target
 from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.request import Request
 from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.run import plan_rings
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
@@ -251,10 +251,10 @@ def test_rings_of_a_record_keep_out_of_what_blocked_the_last_run(tmp_path: Path)
 def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path) -> None:
     tour = Tour("explore", (), TARGET)
     asked = Request("tcp:nobody", tour, tmp_path, None, None, DEFAULT_MOUNT, START)
-    began = rings_round_target(asked, REACH, Pace(), ROBOT.radius)
+    began = plan_rings(asked, REACH, Pace(), ROBOT.radius)
     later = replace(asked, start=Pose2(2.9, 0.9, 2.0))
     lines = [{"explore": began.to_json()}]
-    resumed = rings_round_target(later, REACH, Pace(), ROBOT.radius, lines)
+    resumed = plan_rings(later, REACH, Pace(), ROBOT.radius, lines)
     assert resumed.first == began.first
     places = [
         {tuple(c.pose.centre.round(6).tolist()) for c in each.candidates(4)}
@@ -262,7 +262,7 @@ def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path
     ]
     assert places[0] == places[1]
     other = replace(later, tour=Tour("explore", (), TARGET + 0.1))
-    assert rings_round_target(other, REACH, Pace(), ROBOT.radius, lines).first != began.first
+    assert plan_rings(other, REACH, Pace(), ROBOT.radius, lines).first != began.first
 
 
 def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:

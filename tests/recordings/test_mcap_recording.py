@@ -22,7 +22,7 @@ from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
 from facetlog.recordings.recording_request import record_collection
 from facetlog.robot.collecting.run_sessions import Run
-from facetlog.robot.pioneer.odometry_covariance import OdometryErrors
+from facetlog.robot.pioneer.state import OdometryErrors
 from facetlog.robot.pose2 import Pose2
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
 

@@ -16,10 +16,10 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.control import LONGEST_LEASE
+from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import SimulationState

@@ -22,11 +22,8 @@ from enum import IntEnum
 from functools import partial
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError, InputError
-from facetlog.robot.pioneer.line.dead_man import DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import DeadMan, LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.port import SerialPort, TcpPort, open_port
-
-__all__ = ["ERRORS", "LARGEST", "LEASE_END", "RATE", "Ask", "Say", "main"]
 
 LARGEST = 8192
 """Bytes of a message at most: twice what is read from a line at once."""
@@ -83,7 +80,7 @@ class _LineOwner:
         self._port: SerialPort | TcpPort | None = None
 
     def run(self) -> None:
-        """Opens the line and serves it until the driver closes it, or is gone and it is stopped."""
+        """Open the line and serve it until the driver closes it, or is gone and it is stopped."""
         try:
             port = self._port = open_port(self._address, self._baud)
         except FacetlogError as error:
@@ -136,7 +133,7 @@ class _LineOwner:
         self._heard(port)  # the last that it has said
 
     def _heard(self, port: SerialPort | TcpPort) -> bool:
-        """Does all that the driver asks for; False if it has closed the line or is gone."""
+        """Do all that the driver asks for; False if it has closed the line or is gone."""
         while True:
             try:
                 message = self._driver.recv(LARGEST, socket.MSG_DONTWAIT)
@@ -169,7 +166,7 @@ class _LineOwner:
                     return False
 
     def _say(self, kind: Say, content: bytes = b"") -> None:
-        """Tells the driver; what a suspended one has no room for is lost: it would be old."""
+        """Report the driver; what a suspended one has no room for is lost: it would be old."""
         with contextlib.suppress(OSError):
             self._driver.send(bytes([kind]) + content, socket.MSG_DONTWAIT)
 
@@ -179,7 +176,7 @@ class _LineOwner:
 
 
 def main(descriptor: int, address: str, baud: int | None) -> None:
-    """Serves one line."""
+    """Serve one line."""
     # What ends the program ends this process, after the robot was stopped: never before.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         signal.signal(number, signal.SIG_IGN)

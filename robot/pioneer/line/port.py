@@ -20,7 +20,6 @@ try:
 except ModuleNotFoundError as exc:
     raise missing_extra("a robot", "pyserial", "robot") from exc
 
-__all__ = ["DEFAULT_BAUD", "DEFAULT_TCP_PORT", "Port", "SerialPort", "TcpPort", "open_port"]
 
 DEFAULT_BAUD = 9600
 """Of the robot's host port when it is switched on (Pioneer 2 manual)."""
@@ -54,13 +53,13 @@ class Port(Protocol):
         """
 
     def write(self, data: bytes) -> None:
-        """Sends all of it; DeviceTimeout if the line does not take it, DeviceError if gone."""
+        """Send all of it; DeviceTimeout if the line does not take it, DeviceError if gone."""
 
     def set_baud(self, baud: int) -> None:
         """Changes the line's speed once all is sent; nothing where a line has none."""
 
     def close(self) -> None:
-        """Gives the line back; more than once does no harm."""
+        """Give the line back; more than once does no harm."""
 
 
 class SerialPort:
@@ -75,23 +74,21 @@ class SerialPort:
                 path, baud, timeout=0, write_timeout=WRITE_TIMEOUT, exclusive=True
             )
         except (OSError, ValueError, termios.error) as error:
-            raise DeviceError(f"{path}: {_why_not_opened(error)}") from error
+            raise DeviceError(f"{path}: {_explain_open_error(error)}") from error
 
     def fileno(self) -> int:
         """The descriptor to wait for."""
         return int(self._serial.fileno())
 
     def read(self, timeout: float) -> bytes:
-        """See `Port`."""
         try:
-            if not _readable(self._serial.fileno(), timeout):
+            if not _wait_readable(self._serial.fileno(), timeout):
                 return b""
             return bytes(self._serial.read(CHUNK))
         except (OSError, TypeError, ValueError) as error:  # TypeError: closed while it read
             raise DeviceError(f"{self.address}: the serial line is gone ({error})") from error
 
     def write(self, data: bytes) -> None:
-        """See `Port`."""
         try:
             self._serial.write(data)
         except serial.SerialTimeoutException as error:
@@ -102,7 +99,6 @@ class SerialPort:
             raise DeviceError(f"{self.address}: the serial line is gone ({error})") from error
 
     def set_baud(self, baud: int) -> None:
-        """See `Port`."""
         try:
             self._drain()
             self._serial.baudrate = baud
@@ -153,9 +149,8 @@ class TcpPort:
         return self._socket.fileno()
 
     def read(self, timeout: float) -> bytes:
-        """See `Port`."""
         try:
-            if not _readable(self._socket.fileno(), timeout):
+            if not _wait_readable(self._socket.fileno(), timeout):
                 return b""
             data = self._socket.recv(CHUNK)
         except (OSError, ValueError) as error:
@@ -168,7 +163,6 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """See `Port`."""
         try:
             self._socket.sendall(data)
         except TimeoutError as error:
@@ -180,7 +174,6 @@ class TcpPort:
         """Nothing: a connection has no speed."""
 
     def close(self) -> None:
-        """See `Port`."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
@@ -196,7 +189,7 @@ def open_port(
     """
     if address.startswith("serial:"):
         return SerialPort(address.removeprefix("serial:"), baud or DEFAULT_BAUD)
-    if (place := _tcp_place(address)) is not None:
+    if (place := _parse_tcp_address(address)) is not None:
         if baud is not None:
             raise InputError(f"{address}: a TCP connection has no baud rate; leave it out")
         return TcpPort(*place, timeout)
@@ -208,7 +201,7 @@ def open_port(
     )
 
 
-def _tcp_place(address: str) -> tuple[str, int] | None:
+def _parse_tcp_address(address: str) -> tuple[str, int] | None:
     named = address.startswith("tcp:")
     match = re.fullmatch(
         r"(?P<host>\[[^\]]+\]|[^:/\s]+)(?::(?P<port>\d{1,5}))?", address.removeprefix("tcp:")
@@ -223,14 +216,14 @@ def _tcp_place(address: str) -> tuple[str, int] | None:
     return match["host"].strip("[]"), port
 
 
-def _readable(descriptor: int, timeout: float) -> bool:
+def _wait_readable(descriptor: int, timeout: float) -> bool:
     # Not select(), which refuses descriptors from 1024 on.
     poll = select.poll()
     poll.register(descriptor, select.POLLIN)
     return bool(poll.poll(max(0.0, timeout) * 1000))
 
 
-def _why_not_opened(error: Exception) -> str:
+def _explain_open_error(error: Exception) -> str:
     number = getattr(error, "errno", None)
     if number in (errno.EAGAIN, errno.EBUSY):
         return "another program has this port; close it first"

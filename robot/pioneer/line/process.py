@@ -14,11 +14,8 @@ from collections.abc import Sequence
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
 from facetlog.python_process import importing_environment, python_module
-from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan
-from facetlog.robot.pioneer.line.last_will import LastWill, NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import STOPPING, DeadMan, LastWill, NotStoppedError
 from facetlog.robot.pioneer.line.owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
-
-__all__ = ["LineProcess"]
 
 OWNER = "facetlog.robot.pioneer.line.owner"
 START_TIMEOUT = 30.0
@@ -69,7 +66,6 @@ class LineProcess:
         return self._process.pid
 
     def read(self, timeout: float) -> bytes:
-        """See `Port`."""
         if self._read:
             return self._read.popleft()
         kind, content = self._heard(timeout)
@@ -93,19 +89,17 @@ class LineProcess:
         self._ask(Ask.RELEASE)
 
     def part(self, commands: Sequence[bytes]) -> None:
-        """Sets what ends the robot's session if this process is gone, in the order of sending."""
+        """Set what ends the robot's session if this process is gone, in the order of sending."""
         for command in commands:
             self._parting.append(command)
             self._ask(Ask.PART, command)
 
     def set_baud(self, baud: int) -> None:
-        """See `Port`."""
         self._baud = baud if self.has_baud else None
         self._ask(Ask.SET_BAUD, RATE.pack(baud))
         self._done(BAUD_TIMEOUT)
 
     def close(self) -> None:
-        """See `Port`."""
         self._dead_man.release()
         with contextlib.suppress(OSError):
             self._socket.send(bytes([Ask.CLOSE]), socket.MSG_DONTWAIT)

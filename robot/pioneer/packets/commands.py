@@ -9,17 +9,6 @@ from enum import IntEnum
 
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
-__all__ = [
-    "LARGEST_TEXT",
-    "Command",
-    "argument_of",
-    "command_name",
-    "integer_command",
-    "plain_command",
-    "text_command",
-    "wheels_command",
-]
-
 POSITIVE, NEGATIVE, TEXT = 0x3B, 0x1B, 0x2B
 LARGEST_INTEGER = 65535
 LARGEST_TEXT = 195
@@ -105,21 +94,21 @@ class Command(IntEnum):
     RESET = 253
 
 
-def plain_command(command: Command) -> Packet:
+def make_plain_command(command: Command) -> Packet:
     """A command without an argument.
 
-    >>> plain_command(Command.STOP).to_bytes().hex(" ")
+    >>> make_plain_command(Command.STOP).to_bytes().hex(" ")
     'fa fb 03 1d 00 1d'
     """
     return Packet(command)
 
 
-def integer_command(command: Command, value: int) -> Packet:
+def make_integer_command(command: Command, value: int) -> Packet:
     """A command with an integer: its magnitude, and its sign in the type of the argument.
 
     ValueError if the magnitude does not fit into 16 bits.
 
-    >>> integer_command(Command.DHEAD, -45).to_bytes().hex(" ")
+    >>> make_integer_command(Command.DHEAD, -45).to_bytes().hex(" ")
     'fa fb 06 0d 1b 2d 00 3a 1b'
     """
     if abs(value) > LARGEST_INTEGER:
@@ -127,10 +116,10 @@ def integer_command(command: Command, value: int) -> Packet:
     return Packet(command, struct.pack("<BH", POSITIVE if value >= 0 else NEGATIVE, abs(value)))
 
 
-def text_command(command: Command, text: bytes) -> Packet:
+def make_text_command(command: Command, text: bytes) -> Packet:
     """A command with bytes, their number before them; ValueError if there are too many.
 
-    >>> text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")).to_bytes().hex(" ")
+    >>> make_text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")).to_bytes().hex(" ")
     'fa fb 0a 2a 2b 05 81 09 06 12 ff 4b b1'
     """
     if len(text) > LARGEST_TEXT:
@@ -138,7 +127,7 @@ def text_command(command: Command, text: bytes) -> Packet:
     return Packet(command, bytes([TEXT, len(text)]) + text)
 
 
-def wheels_command(left: int, right: int) -> Packet:
+def make_wheels_command(left: int, right: int) -> Packet:
     """VEL2: speeds of the wheels in the robot's steps (-128 … 127); ValueError beyond.
 
     Two bytes, signed, the right wheel's first, as drivers of the time sent them.
@@ -149,12 +138,12 @@ def wheels_command(left: int, right: int) -> Packet:
         raise ValueError(f"speeds of wheels {left}, {right} are not within -128 … 127") from None
 
 
-def argument_of(packet: Packet) -> int | bytes | None:
+def read_argument(packet: Packet) -> int | bytes | None:
     """The argument of a received command; None without one. PacketError if it is malformed.
 
     An older text without a number of bytes, ended by a zero, is read as well.
 
-    >>> argument_of(integer_command(Command.VEL, -200))
+    >>> read_argument(make_integer_command(Command.VEL, -200))
     -200
     """
     payload = packet.payload
@@ -172,10 +161,10 @@ def argument_of(packet: Packet) -> int | bytes | None:
     raise PacketError(f"the argument of command {packet.kind} is malformed: {payload.hex(' ')}")
 
 
-def command_name(packet: Packet) -> str:
+def name_command(packet: Packet) -> str:
     """A command to the robot as people write it.
 
-    >>> command_name(Packet(11, bytes.fromhex("1B C8 00")))
+    >>> name_command(Packet(11, bytes.fromhex("1B C8 00")))
     'VEL -200'
     """
     try:
@@ -183,7 +172,7 @@ def command_name(packet: Packet) -> str:
     except ValueError:
         name = f"command {packet.kind}"
     try:
-        argument = argument_of(packet)
+        argument = read_argument(packet)
     except PacketError:
         argument = packet.payload
     if argument is None:

@@ -7,8 +7,6 @@ first. The same form goes both ways (Pioneer 2 Operation Manual, 1999, page 26).
 
 from dataclasses import dataclass
 
-__all__ = ["LARGEST_COUNT", "Decoder", "Packet", "PacketError", "Received", "checksum"]
-
 HEADER = b"\xfa\xfb"
 LARGEST_COUNT = 255
 SMALLEST_COUNT = 3  # kind and checksum
@@ -47,7 +45,6 @@ class Packet:
             raise ValueError(f"{len(self.payload)} bytes do not go into one packet")
 
     def to_bytes(self) -> bytes:
-        """As it goes over the line."""
         body = bytes([self.kind]) + self.payload
         count = len(body) + CHECKSUM_BYTES
         return HEADER + bytes([count]) + body + checksum(body).to_bytes(2)
@@ -92,7 +89,7 @@ class Decoder:
         return found
 
     def expire(self) -> list[Received]:
-        """Discards an incomplete packet; returns the packets that were taken for part of it.
+        """Discard an incomplete packet; return the packets that were taken for part of it.
 
         To be called once its bytes have stopped coming (100 ms): the rest will not come.
         """
@@ -140,3 +137,40 @@ class Decoder:
     def _drop(self, count: int) -> None:
         del self._bytes[:count]
         self._arrivals = [(end - count, at) for end, at in self._arrivals if end > count]
+
+
+BODY_TIMEOUT = 0.1
+"""Seconds without a byte after which the rest of a packet does not come (drivers in use agree)."""
+
+
+class Receiver:
+    """A decoder with a time-out: it knows how long its line has been silent."""
+
+    def __init__(self) -> None:
+        self._decoder = Decoder()
+        self._last_byte = 0.0
+        self.given_up = 0
+        """Number of incomplete packets that were discarded."""
+
+    @property
+    def strange(self) -> int:
+        """Bytes so far that belonged to no packet."""
+        return self._decoder.skipped
+
+    @property
+    def refused(self) -> int:
+        """Packets so far whose checksum was wrong."""
+        return self._decoder.refused
+
+    def feed(self, data: bytes, now: float) -> list[Received]:
+        """The packets that are whole now that `data` has come."""
+        if data:
+            self._last_byte = now
+        return self._decoder.feed(data, now)
+
+    def idle(self, now: float) -> list[Received] | None:
+        """To be called when nothing came: None, or the packets inside one that is discarded."""
+        if not self._decoder.waiting or now - self._last_byte < BODY_TIMEOUT:
+            return None
+        self.given_up += 1
+        return self._decoder.expire()

@@ -13,13 +13,14 @@ from multiprocessing.connection import Connection
 
 from facetlog.one_thread import ONE_THREAD
 from facetlog.python_process import importing_environment, python_module
-from facetlog.robot.simulator.camera.exposure import smear_px
-from facetlog.robot.simulator.camera.process import opening_message, viewpoints_message
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
-from facetlog.robot.simulator.serving.live import LiveSimulation
+from facetlog.robot.simulator.camera.process import (
+    encode_setup,
+    encode_viewpoints,
+    measure_smear_px,
+)
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
+from facetlog.robot.simulator.simulation import LiveSimulation
 from facetlog.robot.simulator.world_file import WorldSetup
-
-__all__ = ["Camera", "Shot"]
 
 LATEST = 0.5
 """Seconds after its exposure that a picture is still sent if the camera has moved since."""
@@ -58,7 +59,7 @@ class Camera:
         self._thread.start()
 
     def close(self) -> None:
-        """Ends thread and process."""
+        """End thread and process."""
         self._stop.set()
         with self._changed:
             self._changed.notify_all()
@@ -88,7 +89,7 @@ class Camera:
                 self._watchers -= 1
 
     def draw_first(self, timeout: float) -> bool:
-        """Takes a picture that nobody looks at, so that the first client waits for no process to
+        """Take a picture that nobody looks at, so that the first client waits for no process to
         start; whether it came in so many seconds."""
         with self.watching():
             return self.next_shot(0, 0.0, timeout) is not None
@@ -148,9 +149,9 @@ class Camera:
         """Whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
-        camera, mount = camera_of(self._setup.camera), self._setup.mount
+        camera, mount = make_camera(self._setup.camera), self._setup.mount
         then, now = camera_pose(start, mount), camera_pose(self._viewpoint(), mount)
-        moved = smear_px(camera, then, now)
+        moved = measure_smear_px(camera, then, now)
         return not math.isfinite(moved) or moved > OUTDATED_PX
 
     def _publish(self, jpeg: bytes, at: float, exposed: float) -> None:
@@ -162,7 +163,7 @@ class Camera:
     def _developed(self, start: Viewpoint, end: Viewpoint) -> bytes | None:
         try:
             line = self._line or self._start_process()
-            line.send_bytes(viewpoints_message(start, end))
+            line.send_bytes(encode_viewpoints(start, end))
             return line.recv_bytes()
         except (EOFError, OSError):
             if not self._stop.is_set():
@@ -183,7 +184,7 @@ class Camera:
                 process_group=0,  # Ctrl-C is the server's matter
             )
         self._line = Connection(ours.detach())
-        self._line.send_bytes(opening_message(self._setup))
+        self._line.send_bytes(encode_setup(self._setup))
         return self._line
 
     def _end_process(self) -> None:

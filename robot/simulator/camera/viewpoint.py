@@ -10,8 +10,6 @@ import numpy as np
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
 
-__all__ = ["Viewpoint", "camera_of", "camera_pose"]
-
 # From OpenCV's camera (x right, y down, z along the view) to x along the view, y left, z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
@@ -38,7 +36,7 @@ class Viewpoint:
         )
 
 
-def camera_of(setup: CameraSetup, scale: float = 1.0) -> Camera:
+def make_camera(setup: CameraSetup, scale: float = 1.0) -> Camera:
     """The pinhole camera of a world file; `scale` makes its picture smaller, with the same view."""
     across = np.deg2rad(setup.across_deg) / 2
     focal = float(setup.width / 2 / np.tan(across)) * scale
@@ -55,27 +53,28 @@ def camera_pose(viewpoint: Viewpoint, mount: MountSetup) -> Pose:
     yaw, pitch, roll, level, skew = np.deg2rad(
         [mount.yaw_deg, mount.pitch_deg, mount.roll_deg, mount.tilt_zero_deg, mount.skew_deg]
     )
-    world_from_robot = _about_z(viewpoint.heading)
-    robot_from_head = _about_z(yaw) @ _about_y(pitch) @ _about_x(roll)
-    head_from_axes = _about_z(viewpoint.pan) @ _about_y(-(viewpoint.tilt + level))
+    world_from_robot = _rotate_about_z(viewpoint.heading)
+    robot_from_head = _rotate_about_z(yaw) @ _rotate_about_y(pitch) @ _rotate_about_x(roll)
+    head_from_axes = _rotate_about_z(viewpoint.pan) @ _rotate_about_y(-(viewpoint.tilt + level))
     world_from_axes = world_from_robot @ robot_from_head @ head_from_axes
     crossing = world_from_robot @ [mount.x, mount.y, mount.z] + [viewpoint.x, viewpoint.y, 0.0]
     offset = [mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up]
     return Pose(
-        world_from_axes @ _about_x(skew) @ AHEAD_FROM_CAMERA, crossing + world_from_axes @ offset
+        world_from_axes @ _rotate_about_x(skew) @ AHEAD_FROM_CAMERA,
+        crossing + world_from_axes @ offset,
     )
 
 
-def _about_z(angle: float) -> FloatArray:
+def _rotate_about_z(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _about_y(angle: float) -> FloatArray:
+def _rotate_about_y(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
-def _about_x(angle: float) -> FloatArray:
+def _rotate_about_x(angle: float) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])

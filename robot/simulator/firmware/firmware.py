@@ -1,34 +1,204 @@
-"""The simulated firmware: commands in, motion and reports out; without I/O, time is an argument."""
+"""The simulated firmware: handshake, commands, reports, AUX ports; no I/O, time is an argument."""
 
+import math
 import struct
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.packets.commands import Command, argument_of
+from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet, PacketError
-from facetlog.robot.pioneer.packets.reports import InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.server_information import MOVING, STOPPED, ServerInformation
-from facetlog.robot.simulator.body.dynamics import STEP
-from facetlog.robot.simulator.body.sonar import Sonars
-from facetlog.robot.simulator.firmware.aux_port import (
-    BAUD_RATES,
-    REQUESTING,
-    SENDING,
-    SPEEDS,
-    AuxPort,
-    aux_ports,
+from facetlog.robot.pioneer.packets.reports import (
+    MOVING,
+    STOPPED,
+    TAIL,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    ServerInformation,
+    TruePose,
 )
-from facetlog.robot.simulator.firmware.drive import Drive
-from facetlog.robot.simulator.firmware.generations import Generation, generation_of, tail_length
-from facetlog.robot.simulator.firmware.handshake import Handshake
-from facetlog.robot.simulator.firmware.report_fields import (
-    encoders,
-    flags,
-    motion_fields,
-    tail,
-    true_pose_packet,
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.body import STEP, Body, Sonars
+from facetlog.robot.simulator.device import Device
+from facetlog.robot.simulator.firmware.drive import Drive, Odometry
+from facetlog.robot.simulator.firmware.generations import (
+    Generation,
+    count_tail_fields,
+    find_generation,
 )
 
-__all__ = ["BOOT_SECONDS", "Firmware"]
+BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
+"""By the code that the AUX1BAUD and HOSTBAUD commands carry."""
+BUFFER = 256
+"""Bytes that a port buffers until they are requested; later ones are lost."""
+LARGEST_REQUEST = 200
+"""Bytes that one GETAUX can request on P2OS (Pioneer 2 manual, page 48)."""
+
+
+@dataclass(slots=True)
+class AuxPort:
+    """One port: bytes go out to a device at once, and come in when a client requests so many."""
+
+    report: Report
+    device: Device | None = None
+    device_baud: int = BAUD_RATES[0]
+    baud: int = BAUD_RATES[0]
+    silent: bool = False
+    """Whether the device neither hears nor answers, as one without power."""
+    _came: bytearray = field(default_factory=bytearray, init=False)
+    _wanted: int = field(default=0, init=False)
+
+    def send(self, data: bytes, now: float) -> None:
+        """Bytes from the client to the device, which ignores them at the wrong baud rate."""
+        if self.device is not None and not self.silent and self.baud == self.device_baud:
+            self.device.receive(data, now)
+
+    def request(self, count: int) -> None:
+        """GETAUX: 0 clears the buffer and the request, else so many bytes are requested."""
+        if count == 0:
+            self._came.clear()
+        self._wanted = min(count, LARGEST_REQUEST)
+
+    def set_baud(self, code: int) -> None:
+        """AUX1BAUD and its like; codes that mean no speed are ignored."""
+        if 0 <= code < len(BAUD_RATES):
+            self.baud = BAUD_RATES[code]
+
+    def reset(self) -> None:
+        self._came.clear()
+        self._wanted, self.baud = 0, BAUD_RATES[0]
+
+    def poll(self, now: float) -> Packet | None:
+        """Receive the device's bytes; return the requested report, once it is complete."""
+        if self.device is not None:
+            said = self.device.pending(now)
+            if not self.silent and self.baud == self.device_baud:
+                self._came += said[: BUFFER - len(self._came)]
+        if not self._wanted or len(self._came) < self._wanted:
+            return None
+        packet = Packet(self.report, bytes(self._came[: self._wanted]))
+        del self._came[: self._wanted]
+        self._wanted = 0
+        return packet
+
+
+def make_aux_ports() -> tuple[AuxPort, AuxPort, AuxPort]:
+    return AuxPort(Report.SERAUX), AuxPort(Report.SERAUX2), AuxPort(Report.SERAUX3)
+
+
+SENDING = {Command.TTY2: 0, Command.TTY3: 1, Command.TTY4: 2}
+REQUESTING = {Command.GETAUX: 0, Command.GETAUX2: 1, Command.GETAUX3: 2}
+SPEEDS = {Command.AUX1BAUD: 0, Command.AUX2BAUD: 1}
+"""Commands by the port that they are for."""
+
+
+SYNCHRONISED = 3
+"""How many of SYNC0, SYNC1 and SYNC2 a client must have sent, in their order."""
+
+
+@dataclass(slots=True)
+class Handshake:
+    """Answers packets while no session is open; OPEN after the three SYNCs opens one.
+
+    OPEN has the number of SYNC1, CLOSE that of SYNC2 and PULSE that of SYNC0: the meaning depends
+    on the packets before.
+    """
+
+    names: Names
+    _next: int = field(default=0, init=False)
+
+    def reset(self) -> None:
+        """Back to the beginning, as after CLOSE."""
+        self._next = 0
+
+    def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
+        """The answer to a packet, and whether it opened a session.
+
+        A SYNC out of order is answered with 0xFF, and the client has to start again. The previous
+        one may be repeated, for its echo may have been lost. Anything else is echoed (Pioneer 2
+        manual, page 41).
+        """
+        if self._next == SYNCHRONISED and packet.kind == Command.OPEN:
+            self.reset()
+            return (), True
+        if packet.kind > Report.SYNC2:
+            return (packet,), False
+        if packet.payload:  # a SYNC has none: it is an OPEN or CLOSE that came too early
+            self.reset()
+            return (), False
+        if packet.kind == Report.SYNC0 or packet.kind in (self._next, self._next - 1):
+            self._next = packet.kind + 1
+            return (self._echo(packet.kind),), False
+        self.reset()
+        return (Packet(Report.RESET_2),), False
+
+    def _echo(self, number: int) -> Packet:
+        return self.names.to_packet() if number == Report.SYNC2 else Packet(number)
+
+
+MOTORS_ON, FRONT_SONAR, REAR_SONAR, STOP_BUTTON = 1 << 0, 1 << 1, 1 << 2, 1 << 5
+"""Bits of the flags (Pioneer 3 manual, table 8)."""
+LARGEST_I16 = 0x7FFF
+NO_TEMPERATURE = -127
+
+
+def make_motion_fields(
+    parameters: Parameters, body: Body, odometry: Odometry, commanded: float | None, bits: int
+) -> dict[str, int]:
+    """Place, heading, wheels' speeds and the commanded heading, as a SIP has them.
+
+    The place wraps around after so many `bits`; without a commanded heading the present one is
+    used.
+    """
+    mask = (1 << bits) - 1
+    half = body.turning * body.track / 2
+    aimed = odometry.heading if commanded is None else math.remainder(commanded, 2 * math.pi)
+    return {
+        "x": round(odometry.x / parameters.distance) & mask,
+        "y": round(odometry.y / parameters.distance) & mask,
+        "heading": _clip_to_i16(odometry.heading / parameters.angle),
+        "left": _clip_to_i16((body.speed - half) / parameters.speed),
+        "right": _clip_to_i16((body.speed + half) / parameters.speed),
+        "control": _clip_to_i16(aimed / parameters.angle),
+    }
+
+
+def flags(*, motors: bool, sonars: int, stop_button: bool) -> int:
+    """State bits of AROS and ARCOS; `sonars` is how many are switched on."""
+    return (
+        MOTORS_ON * motors
+        | FRONT_SONAR * (sonars > 0)
+        | REAR_SONAR * (sonars > 8)
+        | STOP_BUTTON * stop_button
+    )
+
+
+def tail(count: int, *, turning: float, battery_v: float, digital_out: int) -> dict[str, int]:
+    """The first `count` fields behind the sonar readings."""
+    known = {
+        "digital_in": 0xFF,
+        "digital_out": digital_out,
+        "battery_10": round(10 * battery_v),
+        "turning": _clip_to_i16(10 * math.degrees(turning)),
+        "temperature": NO_TEMPERATURE,
+    }
+    return {name: known.get(name, 0) for name, _ in TAIL[:count]}
+
+
+def encoders(body: Body, ticks_mm: int) -> Encoders:
+    """What both wheels' encoders have counted since power-on, in 32 bits."""
+    left, right = (round(1e3 * way * ticks_mm) for way in (body.left, body.right))
+    return Encoders(_wrap_to_i32(left), _wrap_to_i32(right))
+
+
+def _clip_to_i16(value: float) -> int:
+    return max(-LARGEST_I16, min(LARGEST_I16, round(value)))
+
+
+def _wrap_to_i32(count: int) -> int:
+    return (count + (1 << 31)) % (1 << 32) - (1 << 31)
+
 
 LARGEST_COMMAND = 200
 """Count byte of a command above which it is ignored (manual of 1999, page 26)."""
@@ -69,7 +239,7 @@ class Firmware:
     sonars: Sonars
     position_bits: int = 15
     """After how many bits the odometry of a SIP rolls over."""
-    ports: tuple[AuxPort, AuxPort, AuxPort] = field(default_factory=aux_ports)
+    ports: tuple[AuxPort, AuxPort, AuxPort] = field(default_factory=make_aux_ports)
     battery_v: float = FULL_BATTERY_V
     baud: int = field(default=BAUD_RATES[0], init=False)
     """Of the line to the client, if it is a serial one."""
@@ -91,13 +261,13 @@ class Firmware:
 
     def __post_init__(self) -> None:
         configuration = self.drive.configuration
-        self._generation = generation_of(self.drive.parameters.name)
+        self._generation = find_generation(self.drive.parameters.name)
         names = Names(configuration.name or "", configuration.robot_class, configuration.subclass)
         self._handshake = Handshake(names)
         self._start()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes bytes that came in at `now`; what is no whole and valid packet is ignored."""
+        """Take bytes that came in at `now`; what is no whole and valid packet is ignored."""
         self.advance(now)
         if self._boot_until is not None or not data:
             return
@@ -117,7 +287,6 @@ class Firmware:
         return said
 
     def advance(self, now: float) -> None:
-        """Advances the robot to `now`."""
         while (at := (self._steps + 1) * STEP) <= now + STEP / 1e3:
             self._steps += 1
             self._step(at)
@@ -201,11 +370,11 @@ class Firmware:
             flags=state if self._generation.reports_motors else 0,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
-            **motion_fields(
+            **make_motion_fields(
                 drive.parameters, body, drive.odometry, drive.servo.heading, self.position_bits
             ),
             **tail(
-                tail_length(self._generation),
+                count_tail_fields(self._generation),
                 turning=body.turning,
                 battery_v=self.battery_v,
                 digital_out=self._digital_out,
@@ -249,7 +418,7 @@ class Firmware:
         elif command is Command.CONFIG:
             self._say(self.drive.settings.reported(self.drive.configuration).to_packet())
         elif command in _OWN:
-            argument = argument_of(packet)
+            argument = read_argument(packet)
             if isinstance(argument, int):
                 self._obey_number(command, argument, now)
             elif argument is not None:
@@ -289,7 +458,9 @@ class Firmware:
     def _streamed(self, command: Command) -> Packet:
         body, cycle_ms = self.drive.body, round(1e3 * self._cycle())
         if command is Command.SIM_STAT:
-            return true_pose_packet(body.truth, body.errors, cycle_ms)
+            truth, errors = body.truth, body.errors
+            pose = Pose2(truth.x, truth.y, truth.heading)
+            return TruePose(pose).to_packet(cycle_ms, (errors.left, errors.right, errors.track))
         if command is Command.ENCODER:
             return encoders(body, self.drive.configuration.ticks_mm or 0).to_packet()
         outputs = bytes([self._digital_out])

@@ -6,10 +6,8 @@ PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller), A
 import math
 from enum import IntEnum
 
-from facetlog.robot.pioneer.packets.configuration import AUTOBAUD, SIMULATOR, Configuration
+from facetlog.robot.pioneer.packets.reports import AUTOBAUD, SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
-
-__all__ = ["Generation", "default_configuration", "generation_of", "tail_length"]
 
 ROBOT_CLASS = "Pioneer"
 # The robots whose controller was exchanged for the one that AROS was written for.
@@ -43,10 +41,10 @@ class Generation(IntEnum):
         return self >= Generation.AROS
 
 
-def generation_of(model: str) -> Generation:
+def find_generation(model: str) -> Generation:
     """The firmware that a model is sold with.
 
-    >>> generation_of("p2dx").name, generation_of("p3dx-sh").name
+    >>> find_generation("p2dx").name, find_generation("p3dx-sh").name
     ('P2OS', 'ARCOS')
     """
     if model.endswith(ARCOS_SUFFIX):
@@ -56,14 +54,14 @@ def generation_of(model: str) -> Generation:
     return Generation.P2OS if model.startswith("p2") else Generation.PSOS
 
 
-def tail_length(generation: Generation) -> int:
+def count_tail_fields(generation: Generation) -> int:
     """How many fields follow the sonar readings in a SIP."""
     return TAIL_LENGTHS[generation]
 
 
-def default_configuration(parameters: Parameters, name: str) -> Configuration:
+def make_default_configuration(parameters: Parameters, name: str) -> Configuration:
     """The CONFIG report of a robot of this model with its default settings."""
-    generation = generation_of(parameters.name)
+    generation = find_generation(parameters.name)
     speed_top = min(SPEED_TOP, round(1e3 * parameters.speed_top))
     turning_top = min(TURNING_TOP, round(math.degrees(parameters.turning_top)))
     sonars = len(parameters.sonars)

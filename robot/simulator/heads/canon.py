@@ -13,21 +13,20 @@ from typing import Final
 
 from facetlog.robot.head.canon import (
     END,
+    VC_C4,
     Answer,
     CanonCommand,
     CanonError,
+    CanonModel,
     CanonSyntaxError,
-    angle_text,
+    angles_of,
+    encode_angle,
     hexadecimal,
     number,
     parse_command,
     position_of,
 )
-from facetlog.robot.head.canon_models import VC_C4, CanonModel, angles_of
-from facetlog.robot.simulator.heads.serial_out import SerialOut
-from facetlog.robot.simulator.heads.slew import Slew
-
-__all__ = ["CanonHead"]
+from facetlog.robot.simulator.device import SerialOut, Slew
 
 HEADER = 0xFF
 LONGEST_FRAME = 32
@@ -103,7 +102,6 @@ class CanonHead:
         self._tilt_range = (model.tilt_lowest, model.tilt_highest_at_first)
 
     def receive(self, data: bytes, now: float) -> None:
-        """Takes bytes that came in at `now`."""
         for byte in data:
             if byte == HEADER:
                 self._frame.clear()
@@ -190,7 +188,7 @@ class CanonHead:
             if not self._knows_middle:
                 return MODE
             place = (self._pan.at(now), self._tilt.at(now))
-            return Answer(CanonError.NONE, b"".join(angle_text(round(axis)) for axis in place))
+            return Answer(CanonError.NONE, b"".join(encode_angle(round(axis)) for axis in place))
         if command is CanonCommand.DRIVE:
             return self._drive(_one_of(parameters, 5), moving, finding, now)
         if command is CanonCommand.INITIALIZE and finding:
@@ -254,12 +252,12 @@ class CanonHead:
                 return _say(hexadecimal(ends[_one_of(parameters, 4)], 3))
             case CanonCommand.ANGLE_LIMIT_REQUEST:
                 pans, tilts = (-model.pan_limit, model.pan_limit), self._tilts()
-                return _say(angle_text((*pans, *tilts)[_one_of(parameters, 4)]))
+                return _say(encode_angle((*pans, *tilts)[_one_of(parameters, 4)]))
             case CanonCommand.RANGE:
                 self._set_range(parameters)
             case CanonCommand.RANGE_REQUEST:
                 chosen = (self._pan_range, self._tilt_range)[_one_of(parameters, 2)]
-                return _say(b"".join(angle_text(end) for end in chosen))
+                return _say(b"".join(encode_angle(end) for end in chosen))
             case CanonCommand.ZOOM:
                 counts = _digits(parameters, 4, 0, model.zoom_highest)
                 if zooming:

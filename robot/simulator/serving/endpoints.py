@@ -1,5 +1,6 @@
 """Where clients reach the simulated robot and its head: a TCP port, or a pseudo terminal."""
 
+import errno
 import logging
 import math
 import os
@@ -15,9 +16,40 @@ from typing import Protocol
 
 import numpy as np
 
-from facetlog.robot.simulator.serving.address import listener
+from facetlog.errors import DeviceError, InputError
 
-__all__ = ["Endpoint", "PtyEndpoint", "TcpEndpoint"]
+
+def split_host_and_port(address: str, option: str) -> tuple[str, int]:
+    """Host and port of `HOST:PORT` (port 0: any free one); InputError names the `option`.
+
+    >>> split_host_and_port("127.0.0.1:8101", "--listen")
+    ('127.0.0.1', 8101)
+    """
+    host, colon, port = address.rpartition(":")
+    if not (host and colon and port.isascii() and port.isdigit() and int(port) <= 0xFFFF):
+        raise InputError(f"{option} {address}: give HOST:PORT, as 127.0.0.1:8101")
+    return host.strip("[]"), int(port)
+
+
+def bound(error: OSError, address: str, option: str) -> DeviceError:
+    """What to say where nothing can listen at an address."""
+    if error.errno == errno.EADDRINUSE:
+        return DeviceError(f"{address} is in use: end what listens there, or give another {option}")
+    reason = os.strerror(error.errno) if error.errno else str(error)
+    return DeviceError(f"{address}: nothing can listen there ({reason}): give another {option}")
+
+
+def listener(address: str, option: str) -> socket.socket:
+    """A socket that listens there and does not block; DeviceError if that cannot be."""
+    host, port = split_host_and_port(address, option)
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        made = socket.create_server((host, port), family=family, backlog=2)
+    except OSError as error:
+        raise bound(error, address, option) from error
+    made.setblocking(False)
+    return made
+
 
 CHUNK = 4096
 AT_ONCE = 16 * CHUNK  # more than a line carries in a second: a flood must not hold up the robot
@@ -52,13 +84,13 @@ class Endpoint(Protocol):
         """Bytes from a client since the last call."""
 
     def write(self, data: bytes, now: float, baud: int) -> None:
-        """Sends to the client, if there is one."""
+        """Send to the client, if there is one."""
 
     def hang_up(self) -> None:
-        """Closes the client's connection, where there is one to close; another is taken."""
+        """Close the client's connection, where there is one to close; another is taken."""
 
     def close(self) -> None:
-        """Gives everything back."""
+        """Give everything back."""
 
 
 class TcpEndpoint:
@@ -106,13 +138,11 @@ class TcpEndpoint:
             self.hang_up()
 
     def hang_up(self) -> None:
-        """Closes the client's connection."""
         if self._client is not None:
             self._client.close()
             self._client = None
 
     def close(self) -> None:
-        """Closes port and connection."""
         self.hang_up()
         self._listener.close()
 
@@ -166,7 +196,6 @@ class PtyEndpoint:
         return [self._master]
 
     def read(self, baud: int) -> bytes:
-        """What clients sent."""
         speed, at = self._speed(), time.monotonic()
         if speed != self._now:
             self._before, self._now, self._changed = self._now, speed, at
@@ -179,7 +208,7 @@ class PtyEndpoint:
         return data if baud in (speed, recent) else self._rng.bytes(len(data))
 
     def write(self, data: bytes, now: float, baud: int) -> None:
-        """Sends as fast as the speed lets it; the rest the next time."""
+        """Send as fast as the speed lets it; the rest the next time."""
         self._unsent += data[: UNSENT - len(self._unsent)]
         self._sent_until = max(self._sent_until, now - CHUNK * BITS_A_BYTE / baud)
         count = min(int((now - self._sent_until) * baud / BITS_A_BYTE), len(self._unsent))
@@ -199,7 +228,7 @@ class PtyEndpoint:
         """Nothing: a serial line has no connection."""
 
     def close(self) -> None:
-        """Gives the pseudo terminal back."""
+        """Give the pseudo terminal back."""
         os.close(self._master)
         os.close(self._slave)
 

@@ -18,10 +18,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from facetlog.robot.simulator.camera.camera import Camera
 from facetlog.robot.simulator.faults import Fault
-from facetlog.robot.simulator.serving.address import bound, host_and_port
-from facetlog.robot.simulator.serving.live import LiveSimulation
-
-__all__ = ["Web"]
+from facetlog.robot.simulator.serving.endpoints import bound, split_host_and_port
+from facetlog.robot.simulator.simulation import LiveSimulation
 
 STATE_SCHEMA = 1
 BOUNDARY = "picture"
@@ -40,7 +38,7 @@ class Web:
     """A server on a thread of its own."""
 
     def __init__(self, address: str, option: str, live: LiveSimulation, camera: Camera) -> None:
-        host, port = host_and_port(address, option)
+        host, port = split_host_and_port(address, option)
         try:
             self._server = _Server((host, port), _Handler, live, camera)
         except OSError as error:
@@ -57,7 +55,7 @@ class Web:
         return f"http://{host!s}:{port}"
 
     def close(self) -> None:
-        """Ends the server; streams end with their camera, which is closed before."""
+        """End the server; streams end with their camera, which is closed before."""
         self._server.shutdown()
         self._thread.join()
         self._server.server_close()
@@ -77,7 +75,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Logs the error of a request; a client that goes away is no error."""
+        """Log the error of a request; a client that goes away is no error."""
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 

@@ -137,7 +137,7 @@ def collect_command(
     """
     from facetlog.perception.reading.pose_files.poses_file import metres_per
     from facetlog.recordings.recording_request import check_recording
-    from facetlog.robot.collecting.drawing.map_picture import Found
+    from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.request import Request, check_begun
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, read_mount
 

@@ -218,8 +218,8 @@ def asked_tour(tour: str | None, target: str | None, scale: float | None) -> "To
 
 def where_it_stood(folder: Path) -> str:
     """Where an earlier run left the robot, as a hint for --start."""
-    from facetlog.robot.collecting.last_place import last_place
     from facetlog.robot.collecting.option_words import stated_pose
+    from facetlog.robot.collecting.run_sessions import last_place
 
     try:
         last = last_place(folder)

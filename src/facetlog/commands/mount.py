@@ -148,10 +148,9 @@ def _sightings(
     """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
     from facetlog.robot.collecting.drive import MobileBase
-    from facetlog.robot.collecting.line_faults import with_line
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
-    from facetlog.robot.collecting.simulated_robot import camera_and_optics
+    from facetlog.robot.collecting.simulated_robot import camera_and_optics, with_line
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer

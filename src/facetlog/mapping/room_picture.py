@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.mapping.floor_grid import Cell, FloorGrid
 from facetlog.mapping.same_thing import MappedThing
-from facetlog.robot.collecting.drawing.map_labels import Box, placed
+from facetlog.robot.collecting.map_picture import Box, placed
 
 if TYPE_CHECKING:
     from facetlog.mapping.moved_thing import Moved

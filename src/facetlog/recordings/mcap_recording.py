@@ -40,7 +40,7 @@ from facetlog.recordings.ros_messages import (
     nanoseconds,
 )
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance
+from facetlog.robot.pioneer.state import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH
-from facetlog.robot.simulator.body.dynamics import MotionErrors
+from facetlog.robot.simulator.body import MotionErrors
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
 # Wheels that go a twentieth further than they count, on a track that is as much wider.

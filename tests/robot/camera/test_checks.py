@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import Image
-from facetlog.robot.camera.checks import CLIPPED_SHARE, Quality, faults_of, quality_of
+from facetlog.robot.camera.checks import CLIPPED_SHARE, Quality, faults_of, measure_quality
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
@@ -15,7 +15,7 @@ from facetlog.robot.tour import tour_camera, tour_poses
 SHARP = tuple(
     view.image for view in views_of(make_world("block", 1), tour_poses()[::5], tour_camera())
 )
-QUALITIES = tuple(quality_of(image) for image in SHARP)
+QUALITIES = tuple(measure_quality(image) for image in SHARP)
 
 
 def _others(index: int) -> tuple[Quality, ...]:
@@ -37,7 +37,7 @@ def test_sharp_views_of_a_tour_pass(index: int) -> None:
 @pytest.mark.parametrize("index", range(len(SHARP)))
 @pytest.mark.parametrize("size", [(9, 1), (1, 9)])
 def test_a_motion_by_nine_pixels_is_found_in_every_view(index: int, size: tuple[int, int]) -> None:
-    found = faults_of(quality_of(_blurred(SHARP[index], size)), _others(index))
+    found = faults_of(measure_quality(_blurred(SHARP[index], size)), _others(index))
     assert len(found) == 1
     assert found[0].startswith("blurred across by " if size[0] > 1 else "blurred down by ")
 
@@ -52,7 +52,7 @@ def test_the_blur_of_an_edge_is_that_of_the_motion_whatever_its_contrast(
     step[:, 160:] += contrast
     rng = np.random.default_rng(3)
     moved = cv2.blur(step, (length, 1)) + rng.normal(0.0, noise_sd, step.shape)
-    found = quality_of(np.clip(np.rint(moved), 0, 255).astype(np.uint8))
+    found = measure_quality(np.clip(np.rint(moved), 0, 255).astype(np.uint8))
     # A motion at constant speed: the standard deviation of what is even over its length.
     assert found.across == pytest.approx(length / math.sqrt(12.0), rel=0.25)
     assert found.down is None
@@ -60,11 +60,11 @@ def test_the_blur_of_an_edge_is_that_of_the_motion_whatever_its_contrast(
 
 def test_noise_is_neither_an_edge_nor_blur() -> None:
     noisy = SHARP[0] + np.random.default_rng(0).normal(0, 12, SHARP[0].shape)
-    louder = quality_of(np.clip(noisy, 0, 255).astype(np.uint8))
+    louder = measure_quality(np.clip(noisy, 0, 255).astype(np.uint8))
     assert louder.across == pytest.approx(QUALITIES[0].across, abs=0.4)
     assert louder.down == pytest.approx(QUALITIES[0].down, abs=0.4)
     flat = np.full((480, 640), 120.0) + np.random.default_rng(1).normal(0, 12, (480, 640))
-    assert quality_of(flat.astype(np.uint8)) == Quality(None, None, 0.0)
+    assert measure_quality(flat.astype(np.uint8)) == Quality(None, None, 0.0)
 
 
 @pytest.mark.parametrize("speckles", [0.0, 0.15])
@@ -73,7 +73,7 @@ def test_a_view_of_plain_floor_is_not_blurred_among_views_of_things(speckles: fl
     rng = np.random.default_rng(7)
     print_ = np.where(rng.random((480, 640)) < speckles, 90.0, 130.0)
     floor = cv2.GaussianBlur(print_, (0, 0), 0.6) + rng.normal(0.0, 4.0, print_.shape)
-    plain = quality_of(np.clip(floor, 0, 255).astype(np.uint8))
+    plain = measure_quality(np.clip(floor, 0, 255).astype(np.uint8))
     assert faults_of(plain, QUALITIES) == ()
     for index, quality in enumerate(QUALITIES):
         assert faults_of(quality, (*_others(index), *[plain] * 6)) == ()
@@ -81,7 +81,7 @@ def test_a_view_of_plain_floor_is_not_blurred_among_views_of_things(speckles: fl
 
 def test_colour_is_judged_as_grey_is() -> None:
     colour = cv2.cvtColor(SHARP[0], cv2.COLOR_GRAY2BGR)
-    assert quality_of(np.asarray(colour, dtype=np.uint8)) == QUALITIES[0]
+    assert measure_quality(np.asarray(colour, dtype=np.uint8)) == QUALITIES[0]
 
 
 def test_of_fewer_than_three_others_nothing_follows() -> None:
@@ -95,7 +95,7 @@ def test_of_fewer_than_three_others_nothing_follows() -> None:
 
 
 def test_pictures_without_any_edge_are_compared_without_error() -> None:
-    flat = quality_of(np.full((60, 80), 100, np.uint8))
+    flat = measure_quality(np.full((60, 80), 100, np.uint8))
     assert faults_of(flat, (flat, flat, flat)) == ()
 
 
@@ -104,5 +104,7 @@ def test_a_picture_clipped_by_more_than_a_fifth_is_reported(grey: int) -> None:
     image = SHARP[0].copy()
     rows = round(image.shape[0] * (CLIPPED_SHARE + 0.05))
     image[:rows] = grey
-    assert any(fault.startswith("badly exposed: 2") for fault in faults_of(quality_of(image), ()))
+    assert any(
+        fault.startswith("badly exposed: 2") for fault in faults_of(measure_quality(image), ())
+    )
     assert faults_of(QUALITIES[0], ()) == ()

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import LatestFrame
+from facetlog.robot.camera.source import LatestFrame
 
 
 def _image(value: int) -> Image:

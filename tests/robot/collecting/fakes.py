@@ -8,7 +8,7 @@ import numpy as np
 
 from facetlog.errors import DeviceTimeout
 from facetlog.perception.types import FloatArray, Image
-from facetlog.robot.camera.freshness import Frame
+from facetlog.robot.camera.source import Frame
 from facetlog.robot.head.head import HeadLimits, HeadState
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2

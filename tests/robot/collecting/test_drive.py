@@ -7,7 +7,7 @@ import pytest
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.pioneer.problems import Problem
+from facetlog.robot.pioneer.guard import Problem
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
 from tests.robot.pioneer.drives import Drive

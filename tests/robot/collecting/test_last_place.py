@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.robot.collecting.last_place import last_place
 from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.record import LOG_FILE
 from facetlog.robot.collecting.request import TRAFFIC_FILE
+from facetlog.robot.collecting.run_sessions import last_place
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2

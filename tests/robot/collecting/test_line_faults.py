@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
+from facetlog.robot.collecting.simulated_robot import coasts_when_cut, with_line
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.pioneer.problems import Cause, Problem
-from facetlog.robot.simulator.firmware.generations import default_configuration
+from facetlog.robot.simulator.firmware.generations import make_default_configuration
 
 FAULT = DeviceTimeout("the camera head does not answer: check that it has power")
 
@@ -41,7 +41,7 @@ def test_a_fault_with_another_reason_is_reported_unchanged(problems: list[Proble
 
 
 def test_how_far_a_robot_goes_on_when_its_line_is_cut_is_said_if_it_is_far() -> None:
-    usual = default_configuration(parameters_of("p3dx"), "robot")
+    usual = make_default_configuration(parameters_of("p3dx"), "robot")
     assert "for 0.4 m before it brakes" in coasts_when_cut(usual, 0.2)
     assert coasts_when_cut(replace(usual, watchdog_ms=500), 0.4) == ""
     for unknown in (None, replace(usual, watchdog_ms=None)):

@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 from facetlog.perception.types import Camera, Image
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.drawing.map_labels import Box, placed
-from facetlog.robot.collecting.drawing.map_picture import (
+from facetlog.robot.collecting.map_picture import (
     MARGIN_PX,
     RIM,
     ROBOT,
     SEEN,
     SIGHT,
     TARGET,
+    Box,
     Entry,
     Floor,
     _Canvas,
@@ -27,7 +26,10 @@ from facetlog.robot.collecting.drawing.map_picture import (
     _in_rows,
     _robot,
     _size,
+    find_floor_in_view,
+    looked_at,
     map_png,
+    placed,
 )
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.route import Circle
@@ -45,7 +47,7 @@ def test_every_place_of_the_outline_is_in_the_picture_and_within_reach(
     heading: float, pan: float, tilt: float, far: float
 ) -> None:
     pose = camera_pose(Pose2(0.3, -0.2, heading), DEFAULT_MOUNT, Gaze(pan, tilt))
-    for x, y in floor_in_view(pose, CAMERA, far):
+    for x, y in find_floor_in_view(pose, CAMERA, far):
         assert math.hypot(x - pose.centre[0], y - pose.centre[1]) <= far + 1e-9
         ray = pose.rotation.T @ (np.array([x, y, 0.0]) - pose.centre)
         assert ray[2] > 0
@@ -56,7 +58,7 @@ def test_every_place_of_the_outline_is_in_the_picture_and_within_reach(
 
 def test_a_camera_that_looks_down_sees_a_whole_quadrangle_and_what_it_looks_at() -> None:
     pose = camera_pose(Pose2(), DEFAULT_MOUNT, Gaze(0.0, -0.9))
-    outline = floor_in_view(pose, CAMERA, 10.0)
+    outline = find_floor_in_view(pose, CAMERA, 10.0)
     height = float(pose.centre[2])
     half_up, half_across = math.atan(240 / 500), 320 / 500
     near, far = height / math.tan(0.9 + half_up), height / math.tan(0.9 - half_up)
@@ -71,7 +73,7 @@ def test_a_camera_that_looks_down_sees_a_whole_quadrangle_and_what_it_looks_at()
 
 def test_a_camera_that_looks_up_sees_no_floor() -> None:
     pose = camera_pose(Pose2(), DEFAULT_MOUNT, Gaze(0.0, 1.0))
-    assert len(floor_in_view(pose, CAMERA, 10.0)) == 0
+    assert len(find_floor_in_view(pose, CAMERA, 10.0)) == 0
     assert looked_at(pose, CAMERA, 2.0) == pytest.approx([pose.centre[0] + 2.0, 0.0])
 
 

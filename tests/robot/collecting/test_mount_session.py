@@ -10,7 +10,7 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image, Pose
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.mount_session import BoardRig, stations_before, take_sightings
+from facetlog.robot.collecting.mount_session import BoardRig, plan_stations, take_sightings
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.mount.board import Board
@@ -92,6 +92,6 @@ def test_something_in_the_way_ends_it() -> None:
 
 
 def test_near_a_board_the_robot_only_turns() -> None:
-    stations = stations_before(np.array([0.7, 0.1]), 0.25)
+    stations = plan_stations(np.array([0.7, 0.1]), 0.25)
     assert {(s.x, s.y) for s in stations} == {(0.0, 0.0)}
     assert len(stations) == 3

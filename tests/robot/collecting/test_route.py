@@ -9,8 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point
 
-from facetlog.robot.collecting.order import short_order
-from facetlog.robot.collecting.route import Circle, distance_to, route_length, shortest_route
+from facetlog.robot.collecting.route import (
+    Circle,
+    distance_to,
+    route_length,
+    short_order,
+    shortest_route,
+)
 
 PLACES = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 

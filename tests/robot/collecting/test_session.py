@@ -12,10 +12,10 @@ import pytest
 from facetlog.commands.robot_words import early_end_line
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drawing.map_picture import Floor, map_png
+from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record

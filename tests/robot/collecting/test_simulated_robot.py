@@ -13,7 +13,7 @@ from facetlog.robot.collecting.simulated_robot import (
     camera_and_optics,
     check_start,
 )
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.world_file import RobotSetup, StartSetup, WorldSetup
 from facetlog.robot.tour import tour_camera

@@ -8,9 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import DeviceError
-from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.drive import (
+    BRAKING,
+    UNNOTICED,
+    Body,
+    MobileBase,
+    free_ahead,
+    safe_speed,
+)
 from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.collecting.way_ahead import BRAKING, UNNOTICED, Body, free_ahead, safe_speed
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2

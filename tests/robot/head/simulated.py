@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.head.settling import Clock
+from facetlog.robot.head.head import Clock
 from facetlog.robot.simulator.device import Device
 
 BYTE_S = 10 / 9600

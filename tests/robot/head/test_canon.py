@@ -9,8 +9,8 @@ from facetlog.robot.head.canon import (
     CanonCommand,
     CanonError,
     CanonSyntaxError,
-    angle_text,
-    command_to_bytes,
+    encode_angle,
+    encode_command,
     hexadecimal,
     move,
     number,
@@ -20,24 +20,24 @@ from facetlog.robot.head.canon import (
 )
 
 FRAMES = [
-    (command_to_bytes(CanonCommand.CONTROL, b"0"), "FF 30 30 00 90 30 EF"),
-    (command_to_bytes(CanonCommand.POWER, b"1"), "FF 30 30 00 A0 31 EF"),
-    (command_to_bytes(CanonCommand.INITIALIZE, b"0"), "FF 30 30 00 58 30 EF"),
-    (command_to_bytes(CanonCommand.DRIVE, b"0"), "FF 30 30 00 53 30 EF"),
-    (command_to_bytes(CanonCommand.POSITION_REQUEST), "FF 30 30 00 63 EF"),
-    (command_to_bytes(CanonCommand.ZOOM_REQUEST, b"0"), "FF 30 30 00 B4 30 EF"),
-    (command_to_bytes(CanonCommand.ZOOM_REQUEST, b"3"), "FF 30 30 00 B4 33 EF"),
+    (encode_command(CanonCommand.CONTROL, b"0"), "FF 30 30 00 90 30 EF"),
+    (encode_command(CanonCommand.POWER, b"1"), "FF 30 30 00 A0 31 EF"),
+    (encode_command(CanonCommand.INITIALIZE, b"0"), "FF 30 30 00 58 30 EF"),
+    (encode_command(CanonCommand.DRIVE, b"0"), "FF 30 30 00 53 30 EF"),
+    (encode_command(CanonCommand.POSITION_REQUEST), "FF 30 30 00 63 EF"),
+    (encode_command(CanonCommand.ZOOM_REQUEST, b"0"), "FF 30 30 00 B4 30 EF"),
+    (encode_command(CanonCommand.ZOOM_REQUEST, b"3"), "FF 30 30 00 B4 33 EF"),
     # Pan right 90°, tilt down 30° (manual, page 52).
     (move(800, -267), "FF 30 30 00 62 38 33 32 30 37 45 46 35 EF"),
-    (command_to_bytes(CanonCommand.ZOOM, hexadecimal(256, 4)), "FF 30 30 00 B3 30 31 30 30 EF"),
+    (encode_command(CanonCommand.ZOOM, hexadecimal(256, 4)), "FF 30 30 00 B3 30 31 30 30 EF"),
     # 350 counts a second (manual, page 27).
     (
-        command_to_bytes(CanonCommand.TILT_SPEED, hexadecimal(350, 3)),
+        encode_command(CanonCommand.TILT_SPEED, hexadecimal(350, 3)),
         "FF 30 30 00 51 31 35 45 EF",
     ),
     # The range of tilt that ARIA and p2os set.
     (
-        command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(-267) + angle_text(782)),
+        encode_command(CanonCommand.RANGE, b"1" + encode_angle(-267) + encode_angle(782)),
         "FF 30 30 00 64 31 37 45 46 35 38 33 30 45 EF",
     ),
 ]
@@ -61,7 +61,7 @@ def test_answers_are_the_bytes_of_the_manual() -> None:
 
 @given(st.sampled_from(CanonCommand), st.text("0123456789ABCDEF", max_size=9).map(str.encode))
 def test_reading_a_command_gives_what_was_written(command: CanonCommand, data: bytes) -> None:
-    assert parse_command(command_to_bytes(command, data)) == (command, data)
+    assert parse_command(encode_command(command, data)) == (command, data)
 
 
 @given(st.sampled_from(CanonError), st.text("0123456789ABCDEF", max_size=8).map(str.encode))

@@ -9,8 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.head.canon import CanonCommand, command_to_bytes, hexadecimal, move
-from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
+from facetlog.robot.head.canon import (
+    VC_C4,
+    VC_C50I,
+    CanonCommand,
+    CanonModel,
+    encode_command,
+    hexadecimal,
+    move,
+)
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.simulator.heads.canon import CanonHead
@@ -201,7 +208,7 @@ def test_noise_on_the_line_ends_in_an_error_that_says_so() -> None:
 @models
 def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) -> None:
     head, line = started(model)
-    line.device.receive(command_to_bytes(CanonCommand.POWER, b"0"), line.now)
+    line.device.receive(encode_command(CanonCommand.POWER, b"0"), line.now)
     line.sleep(6.0)
     for act in (lambda: head.look(0.5, 0.1), head.where):
         with pytest.raises(DeviceError, match="start it again"):
@@ -212,7 +219,7 @@ def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) ->
 
 def test_a_head_that_is_slowed_down_is_waited_for_until_the_timeout() -> None:
     head, line = started()
-    line.device.receive(command_to_bytes(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
+    line.device.receive(encode_command(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
     line.sleep(0.2)
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):

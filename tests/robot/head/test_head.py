@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.robot.byte_line import PortLine
-from facetlog.robot.head.canon_models import COUNTS_PER_DEGREE, REACH, angles_of, counts_of
+from facetlog.robot.head.canon import COUNTS_PER_DEGREE, REACH, angles_of, counts_of
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
 from facetlog.robot.head.open_head import HEAD_KINDS, open_head
 from facetlog.robot.head.sony_evi_d30 import SonyEviD30
@@ -115,15 +114,3 @@ def test_a_closed_head_gives_its_line_back() -> None:
         line = SimulatedLine(Silence())
         open_head(kind, line).close()
         assert line.closed
-
-
-def test_port_line_is_a_line_for_heads() -> None:
-    class Port:
-        def read(self, _timeout: float, /) -> bytes:
-            return b""
-
-        def write(self, data: bytes, /) -> None: ...
-
-        def close(self) -> None: ...
-
-    assert isinstance(open_head("sony-evi-d30", PortLine(Port())), SonyEviD30)

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from facetlog.robot.byte_line import PortLine
-from facetlog.robot.head.canon_models import VC_C4
+from facetlog.robot.head.canon import VC_C4
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.heads.canon import CanonHead

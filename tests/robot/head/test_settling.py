@@ -3,7 +3,7 @@ from collections.abc import Callable
 import pytest
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.head.settling import Clock, Counts, wait_until_still
+from facetlog.robot.head.head import Clock, Counts, wait_until_still
 
 
 class Time:

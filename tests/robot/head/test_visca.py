@@ -6,36 +6,34 @@ from hypothesis import strategies as st
 
 from facetlog.robot.head.visca import (
     AbsoluteMove,
-    AddressSet,
-    Cancel,
-    Command,
-    Drive,
-    Fixed,
-    Inquiry,
-    Power,
-    RelativeMove,
-    ViscaSyntaxError,
-    ZoomDrive,
-    ZoomTo,
-    nibbles,
-    number,
-    parse_command,
-    to_bytes,
-)
-from facetlog.robot.head.visca_replies import (
     Ack,
     AddressesSet,
+    AddressSet,
+    Cancel,
     Cleared,
+    Command,
     Completed,
+    Drive,
     Failed,
+    Fixed,
     Information,
+    Inquiry,
     NetworkChange,
+    Power,
+    RelativeMove,
     Reply,
     Version,
     ViscaError,
+    ViscaSyntaxError,
+    ZoomDrive,
+    ZoomTo,
+    encode_reply,
+    nibbles,
+    number,
+    parse_command,
     parse_reply,
     position_of,
-    reply_to_bytes,
+    to_bytes,
 )
 
 COMMANDS: list[tuple[Command, str]] = [
@@ -110,7 +108,7 @@ def test_commands_are_the_bytes_of_the_manual(command: Command, frame: str) -> N
 
 @pytest.mark.parametrize(("reply", "frame"), REPLIES)
 def test_replies_are_the_bytes_of_the_manual(reply: Reply, frame: str) -> None:
-    assert reply_to_bytes(reply) == bytes.fromhex(frame)
+    assert encode_reply(reply) == bytes.fromhex(frame)
     assert parse_reply(bytes.fromhex(frame)) == reply
 
 
@@ -139,7 +137,7 @@ def test_reading_a_command_gives_what_was_written(command: Command, address: int
 
 @given(replies, st.integers(1, 7))
 def test_reading_a_reply_gives_what_was_written(reply: Reply, address: int) -> None:
-    assert parse_reply(reply_to_bytes(reply, address), address) == reply
+    assert parse_reply(encode_reply(reply, address), address) == reply
 
 
 @given(words)
@@ -162,7 +160,7 @@ def test_no_bytes_crash_the_reader_of_replies(data: bytes) -> None:
         reply = parse_reply(data)
     except ViscaSyntaxError:
         return
-    assert reply_to_bytes(reply) == data
+    assert encode_reply(reply) == data
 
 
 @given(st.binary(max_size=12))

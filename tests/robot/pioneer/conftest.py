@@ -2,10 +2,10 @@
 
 import pytest
 
-from facetlog.robot.pioneer import handshake
+from facetlog.robot.pioneer import connecting
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Listens for three reports of the scripted robot's, which come twice as fast."""
-    monkeypatch.setattr(handshake, "LISTEN", 0.17)
+    monkeypatch.setattr(connecting, "LISTEN", 0.17)

@@ -7,9 +7,8 @@ from dataclasses import replace
 
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.packets.commands import Command, command_name
-from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.receiver import Receiver
+from facetlog.robot.pioneer.packets.commands import Command, name_command
+from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.state import RobotState
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
@@ -57,7 +56,7 @@ class Drive:
         return self.control.state
 
     def names(self, since: float = 0.0) -> list[str]:
-        return [command_name(packet) for at, packet in self.sent if at >= since]
+        return [name_command(packet) for at, packet in self.sent if at >= since]
 
     def send(self, *packets: Packet) -> None:
         for packet in packets:

@@ -7,13 +7,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from facetlog.robot.pioneer.packets.commands import Command, argument_of
-from facetlog.robot.pioneer.packets.configuration import Configuration
-from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.receiver import Receiver
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names, Report
-from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
-from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.packets.commands import Command, read_argument
+from facetlog.robot.pioneer.packets.packet import Packet, Receiver
+from facetlog.robot.pioneer.packets.reports import (
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    Names,
+    Report,
+    ServerInformation,
+    SonarReading,
+    TruePose,
+)
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pose2 import Pose2
 
@@ -98,7 +103,7 @@ class ScriptedRobot:
 
     def _take(self, packet: Packet, now: float) -> None:
         name = Command(packet.kind).name
-        argument = argument_of(packet)
+        argument = read_argument(packet)
         self.commands.append((now, name, argument))
         if self.session == "waiting":
             self._synchronise(packet, now)

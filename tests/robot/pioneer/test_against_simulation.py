@@ -9,10 +9,9 @@ from scipy.stats import chi2
 from facetlog.errors import DeviceError
 from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
-from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.pioneer.problems import Cause
-from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState
 from facetlog.robot.pose2 import Pose2, wrapped
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import Simulation

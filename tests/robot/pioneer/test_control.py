@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.control import LONGEST_LEASE, Control
+from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.packets.packet import Packet, Received
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.pioneer.problems import Cause
 from tests.robot.pioneer.drives import Drive, speeds_sent, way
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
+from facetlog.robot.pioneer.control import LONGEST_LEASE, WATCHDOG, Motion
 from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.motion import LONGEST_LEASE, WATCHDOG, Motion
-from facetlog.robot.pioneer.packets.commands import Command, argument_of
+from facetlog.robot.pioneer.packets.commands import Command, read_argument
 
 ACTIONS = st.one_of(
     st.tuples(
@@ -51,11 +51,11 @@ def test_no_speed_is_sent_without_a_lease_and_none_first_after_a_gap(
                 motion.saw(standing=True)
             case "other", _:
                 packets = motion.before_other(now)
-                other = [(Command(p.kind), argument_of(p)) for p in packets]
+                other = [(Command(p.kind), read_argument(p)) for p in packets]
                 check([*other, (Command.CONFIG, 1)])
             case _, float(seconds):
                 now += seconds
-        check([(Command(p.kind), argument_of(p)) for p in motion.advance(now)])
+        check([(Command(p.kind), read_argument(p)) for p in motion.advance(now)])
 
 
 @given(st.floats(0.02, 0.3), st.floats(0.05, LONGEST_LEASE))
@@ -69,7 +69,7 @@ def test_zeros_follow_the_end_of_a_lease_within_a_moment_of_being_due(
     while now < lease + 1.0:
         for packet in motion.advance(now):
             if packet.kind == Command.VEL:
-                if argument_of(packet):
+                if read_argument(packet):
                     last_speed = now
                 elif zero_at is None and last_speed is not None:
                     zero_at = now

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.pioneer.odometry import Odometry, OdometryErrors
-from facetlog.robot.pioneer.packets.server_information import ServerInformation
+from facetlog.robot.pioneer.packets.reports import ServerInformation
 from facetlog.robot.pioneer.parameters import MODELS, Parameters
+from facetlog.robot.pioneer.state import Odometry, OdometryErrors
 from facetlog.robot.pose2 import Pose2, wrapped
 
 P3DX, P2DX, PION = MODELS["p3dx"], MODELS["p2dx"], MODELS["pion1m"]

@@ -7,11 +7,9 @@ from itertools import pairwise
 import pytest
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.pioneer.connecting import connect_over
-from facetlog.robot.pioneer.opening import Opening
-from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.receiver import Receiver
-from facetlog.robot.pioneer.packets.server_information import SIP_KINDS
+from facetlog.robot.pioneer.connecting import Opening, connect_over
+from facetlog.robot.pioneer.packets.packet import Packet, Receiver
+from facetlog.robot.pioneer.packets.reports import SIP_KINDS
 from tests.robot.pioneer.lines import Line, answering
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
 

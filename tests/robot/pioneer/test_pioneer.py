@@ -17,11 +17,11 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause, Problem
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
 pytestmark = pytest.mark.usefixtures("quick")
@@ -281,11 +281,6 @@ def _with_names(scripted: ScriptedRobot, names: bytes) -> Callable[..., None]:
             scripted._out = said + Packet(2, names).to_bytes()
 
     return synchronise
-
-
-def test_the_users_model_goes_before_what_the_robot_says() -> None:
-    with Pioneer.connect(ScriptedPort(ScriptedRobot()), model="P2AT") as robot:
-        assert robot.parameters.name == "p2at"
 
 
 def test_a_model_that_there_is_not_is_refused_before_anything_is_sent() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.robot.pioneer.connecting import Connected
+from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.problems import Cause
 from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import RobotState
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot

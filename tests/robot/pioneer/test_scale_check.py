@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from facetlog.robot.pioneer.guard import ScaleCheck
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.pioneer.scale_check import ScaleCheck
 from facetlog.robot.pioneer.state import RobotState, SonarRange, StateMaker
 from facetlog.robot.pose2 import Pose2
 from tests.robot.pioneer.test_state import REPORT

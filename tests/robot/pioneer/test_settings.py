@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from facetlog.robot.pioneer.limits import Limits
-from facetlog.robot.pioneer.packets.commands import command_name
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.limits import Limits, make_limit_settings, send_until_confirmed
+from facetlog.robot.pioneer.packets.commands import name_command
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.settings import limit_settings, send_until_confirmed
+from facetlog.robot.pioneer.packets.reports import Configuration
 from tests.robot.pioneer.scripted import CONFIGURATION
 
-OWN = limit_settings(Limits(), CONFIGURATION)
+OWN = make_limit_settings(Limits(), CONFIGURATION)
 TAKEN = replace(
     CONFIGURATION, speed_max=300, turning_max=30, deceleration=1200, turning_deceleration=120
 )
@@ -22,7 +21,7 @@ def sent(*told: Configuration | None) -> list[list[str]]:
     answers = iter(told)
 
     def send(packets: Sequence[Packet]) -> None:
-        rounds.append([command_name(packet) for packet in packets])
+        rounds.append([name_command(packet) for packet in packets])
 
     send_until_confirmed(OWN, send, lambda: next(answers))
     return rounds

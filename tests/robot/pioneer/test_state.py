@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from facetlog.robot.pioneer.packets.server_information import ServerInformation, SonarReading
+from facetlog.robot.pioneer.packets.reports import ServerInformation, SonarReading
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.state import StateMaker, reports_motors
 from tests.robot.pioneer.scripted import CONFIGURATION

@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.traffic import TrafficLog, report_name
 
@@ -19,7 +23,7 @@ def lines_of(path: Path) -> list[dict[str, object]]:
 def test_lines_have_time_direction_bytes_and_name(tmp_path: Path) -> None:
     log = TrafficLog(tmp_path / "traffic.jsonl")
     log.start(0.5, "tcp:robot:8101", serial=False, model=None, baud=None)
-    log.outgoing(1.0, integer_command(Command.VEL, 200).to_bytes())
+    log.outgoing(1.0, make_integer_command(Command.VEL, 200).to_bytes())
     log.incoming(1.25, Packet(2, b"\0\0\0").to_bytes())
     log.close()
     start, out, in_ = lines_of(log.path)
@@ -58,7 +62,7 @@ def test_a_full_disk_is_said_once_and_nothing_else_happens() -> None:
     said: list[str] = []
     log = TrafficLog(Path("/dev/full"))
     for i in range(100):
-        log.outgoing(float(i), plain_command(Command.PULSE).to_bytes())
+        log.outgoing(float(i), make_plain_command(Command.PULSE).to_bytes())
     log.close()
     log.on_failure(said.append)  # later than it failed
     assert len(said) == 1

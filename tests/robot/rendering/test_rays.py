@@ -8,10 +8,10 @@ from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.rendering.rays import (
     BACKGROUND,
     FLOOR,
+    find_facets_to_sun,
     first_hits,
     in_shadow,
     seen_by,
-    seen_from_sun,
 )
 from facetlog.robot.rendering.solids import cuboid, placed, room_corner
 from facetlog.robot.rendering.world import Floor, Solid, World
@@ -83,7 +83,7 @@ def test_shadows_fall_where_the_slab_method_says() -> None:
     low, high = np.array([-2.0, -1.5, 0.0]), np.array([2.0, 1.5, 3.0])
     outside = np.maximum(low - points, points - high).max(axis=1) > 0
     expected = np.isfinite(box_entry(points, world.sun[None], low, high))
-    shadowed = in_shadow(world, seen_from_sun(world), points.T)
+    shadowed = in_shadow(world, find_facets_to_sun(world), points.T)
     assert 0.03 < expected[outside].mean() < 0.5
     assert np.array_equal(shadowed[outside], expected[outside])
 
@@ -92,7 +92,7 @@ def test_a_face_in_the_sun_does_not_shade_itself() -> None:
     world = world_of(placed(cuboid(4, 3, 3), 100.0, 50.0, yaw=0.7))
     top = next(f for f in world.facets if f.normal[2] > 0.9)
     inner = top.corners.mean(axis=0) + 0.99 * (top.corners - top.corners.mean(axis=0))
-    assert not in_shadow(world, seen_from_sun(world), inner.T).any()
+    assert not in_shadow(world, find_facets_to_sun(world), inner.T).any()
 
 
 def test_the_floor_is_seen_below_the_horizon_only() -> None:

@@ -4,17 +4,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.server_information import SIP_KINDS, ServerInformation
+from facetlog.robot.pioneer.packets.reports import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.body.dynamics import Body, MotionErrors, Truth
-from facetlog.robot.simulator.body.obstacles import Obstacles
-from facetlog.robot.simulator.body.sonar import Sonars
+from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars, Truth
 from facetlog.robot.simulator.firmware.drive import Drive
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import default_configuration
+from facetlog.robot.simulator.firmware.generations import make_default_configuration
 
 ROBOT_HEIGHT = 0.24
 ORIGIN, EXACT = Truth(0.0, 0.0, 0.0), MotionErrors()
@@ -31,7 +33,7 @@ def make_firmware(
 ) -> Firmware:
     """A robot among solids, in metres; `config` is what it says differently to CONFIG."""
     parameters = parameters_of(model)
-    configuration = replace(default_configuration(parameters, "Test"), **config)  # type: ignore[arg-type]
+    configuration = replace(make_default_configuration(parameters, "Test"), **config)  # type: ignore[arg-type]
     obstacles = Obstacles.of(solids, radius=parameters.radius, height=ROBOT_HEIGHT)
     rng = np.random.default_rng(seed)
     track = 2 / parameters.turning_per_speed
@@ -58,7 +60,9 @@ class Client:
             self.firmware.receive(packet.to_bytes(), self.now)
 
     def command(self, command: Command, value: int | None = None) -> None:
-        packet = plain_command(command) if value is None else integer_command(command, value)
+        packet = (
+            make_plain_command(command) if value is None else make_integer_command(command, value)
+        )
         self.say(packet)
 
     def wait(self, seconds: float) -> list[Packet]:

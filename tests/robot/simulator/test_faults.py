@@ -8,11 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.server_information import ServerInformation
-from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
-from facetlog.robot.simulator.faulty_line import FaultyLine
+from facetlog.robot.pioneer.packets.reports import ServerInformation
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import (
     HeadSetup,
@@ -47,8 +50,8 @@ class Driver:
         self.reports: list[ServerInformation] = []
         self.others: list[Packet] = []
         for kind in (0, 1, 2, Command.OPEN):
-            self.command(plain_command(Command(kind)), 0.02)
-        self.command(integer_command(Command.ENABLE, 1), 0.0)
+            self.command(make_plain_command(Command(kind)), 0.02)
+        self.command(make_integer_command(Command.ENABLE, 1), 0.0)
 
     def command(self, packet: Packet, seconds: float) -> int:
         """How many packets came in the seconds after it was sent."""
@@ -68,7 +71,7 @@ class Driver:
     def hold(self, speed: int, seconds: float) -> None:
         end = self.now + seconds
         while self.now < end - 1e-9:
-            self.command(integer_command(Command.VEL, speed), 0.1)
+            self.command(make_integer_command(Command.VEL, speed), 0.1)
 
     def inject(self, kind: FaultKind, **values: float | bool) -> None:
         self.simulation.inject(Fault(kind, **values), self.now)  # type: ignore[arg-type]
@@ -179,28 +182,17 @@ def test_a_link_frozen_for_longer_than_the_watchdog_stops_it_and_then_lets_it_go
     driver.inject(FaultKind.FROZEN, seconds=4.0)
     driver.listen(3.9)
     assert driver.speed == 0.0
-    driver.command(plain_command(Command.PULSE), 1.5)
+    driver.command(make_plain_command(Command.PULSE), 1.5)
     assert driver.speed == pytest.approx(0.3)
 
 
 def test_late_bytes_come_when_they_are_due() -> None:
     driver = Driver()
     driver.inject(FaultKind.LATE, rate=1.0, delay=0.25)
-    driver.command(integer_command(Command.VEL, 300), 0.24)
+    driver.command(make_integer_command(Command.VEL, 300), 0.24)
     assert driver.speed == 0.0
     driver.listen(0.26)
     assert driver.speed > 0.05
-
-
-def test_a_power_cycle_ends_the_session_with_a_reset_packet() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.POWER_CYCLE, seconds=2.0)
-    driver.hold(300, 2.5)
-    assert driver.others[-1].kind != 0x32
-    assert Packet(0xFF) in driver.others
-    assert driver.speed == 0.0
-    assert not driver.simulation.firmware.opened
 
 
 def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
@@ -225,12 +217,12 @@ def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
     driver.hold(200, 1.0)
     assert driver.reports[-1].flags & 1 == 0
     assert driver.speed == 0.0
-    driver.command(integer_command(Command.ENABLE, 1), 0.0)
+    driver.command(make_integer_command(Command.ENABLE, 1), 0.0)
     driver.inject(FaultKind.STOP_BUTTON)
-    driver.command(integer_command(Command.ENABLE, 1), 0.2)
+    driver.command(make_integer_command(Command.ENABLE, 1), 0.2)
     assert driver.reports[-1].flags & 0b100001 == 0b100000
     driver.inject(FaultKind.STOP_BUTTON, on=False)
-    driver.command(integer_command(Command.ENABLE, 1), 0.2)
+    driver.command(make_integer_command(Command.ENABLE, 1), 0.2)
     assert driver.reports[-1].flags & 0b100001 == 1
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, WORLDS, make_world
-from facetlog.robot.simulator.scene import in_metres, make_scene
-from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup
+from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, in_metres, make_scene
 
 
 @pytest.mark.parametrize("name", ["block", "table", "clutter_block", "stairs"])

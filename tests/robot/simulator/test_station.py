@@ -19,12 +19,16 @@ import numpy as np
 import pytest
 import serial
 
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.simulator.serving import web
 from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
-from facetlog.robot.simulator.serving.server import ActiveClient
 from facetlog.robot.simulator.simulation import Simulation
+from facetlog.robot.simulator.station import ActiveClient
 from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
 from tests.patience import allowed
 from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until
@@ -51,8 +55,8 @@ class Caller:
     def connect(self) -> None:
         for number in range(3):
             self.ask(Packet(number), number)
-        self.ask(plain_command(Command.OPEN), 0x32)
-        self.write(integer_command(Command.ENABLE, 1).to_bytes())
+        self.ask(make_plain_command(Command.OPEN), 0x32)
+        self.write(make_integer_command(Command.ENABLE, 1).to_bytes())
 
 
 def over_tcp(running: Running) -> tuple[Caller, socket.socket]:
@@ -72,7 +76,7 @@ def test_a_client_drives_over_tcp_and_the_state_shows_it(running: Running) -> No
     client, line = over_tcp(running)
     with line:
         client.connect()
-        client.write(integer_command(Command.VEL, 200).to_bytes())
+        client.write(make_integer_command(Command.VEL, 200).to_bytes())
         client.next(0x33)
         until(lambda: running.state()["truth"]["x"] > 0.05, "motion")
         state = running.state()
@@ -88,7 +92,7 @@ def test_a_client_that_hangs_up_leaves_a_robot_that_stops_and_does_not_start_aga
     client, line = over_tcp(running)
     with line:
         client.connect()
-        client.write(integer_command(Command.VEL, 200).to_bytes())
+        client.write(make_integer_command(Command.VEL, 200).to_bytes())
         client.next(0x33)
     stopped = until(lambda: (s := running.state())["unattended"] and s["speed"] == 0 and s, "stop")
     # The watchdog's two seconds, and 0.2 / 0.3 of them to stand; not 0.6 m of a runaway.
@@ -97,7 +101,7 @@ def test_a_client_that_hangs_up_leaves_a_robot_that_stops_and_does_not_start_aga
     client, line = over_tcp(running)
     with line:
         client.next(0x32)
-        client.write(plain_command(Command.CLOSE).to_bytes())
+        client.write(make_plain_command(Command.CLOSE).to_bytes())
         until(lambda: not running.state()["session"], "the end of the session")
         client.connect()
         assert running.state()["truth"]["x"] == pytest.approx(stopped["truth"]["x"], abs=1e-6)
@@ -111,16 +115,16 @@ def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
             client = Caller(line.write, lambda: bytes(line.read(200)))
             line.write(b"WMS2\r")
             client.connect()
-            client.write(integer_command(Command.HOSTBAUD, 2).to_bytes())
+            client.write(make_integer_command(Command.HOSTBAUD, 2).to_bytes())
             line.flush()
             time.sleep(0.05)
             line.baudrate = 38400
-            client.ask(plain_command(Command.PULSE), 0x32)
-            client.ask(integer_command(Command.VEL, 200), 0x33)
+            client.ask(make_plain_command(Command.PULSE), 0x32)
+            client.ask(make_integer_command(Command.VEL, 200), 0x33)
             # After a client that falls silent at the new speed it stays there.
             time.sleep(0.7)
             client.next(0x33)
-            client.write(plain_command(Command.CLOSE).to_bytes())
+            client.write(make_plain_command(Command.CLOSE).to_bytes())
     finally:
         running.close()
 
@@ -133,10 +137,10 @@ def test_a_client_at_the_other_end_does_not_end_the_session_of_the_first() -> No
         with line, serial.Serial(running.station.addresses.pty, 9600, timeout=0.1) as other:
             client.connect()
             for command in (Command.STOP, Command.CLOSE):
-                other.write(plain_command(command).to_bytes())
+                other.write(make_plain_command(command).to_bytes())
             other.flush()
             time.sleep(0.1)
-            client.ask(integer_command(Command.CONFIG, 1), 0x20)
+            client.ask(make_integer_command(Command.CONFIG, 1), 0x20)
             assert running.state()["session"]
             assert other.read(100) == b""
     finally:
@@ -163,15 +167,15 @@ def test_a_new_speed_of_the_line_is_given_up_without_a_valid_packet() -> None:
     simulation = Simulation(SETUP)
     for number in range(3):
         simulation.receive(Packet(number).to_bytes(), 0.1 * number)
-    simulation.receive(plain_command(Command.OPEN).to_bytes(), 0.3)
-    simulation.receive(integer_command(Command.HOSTBAUD, 2).to_bytes(), 1.0)
+    simulation.receive(make_plain_command(Command.OPEN).to_bytes(), 0.3)
+    simulation.receive(make_integer_command(Command.HOSTBAUD, 2).to_bytes(), 1.0)
     simulation.advance(1.4)
     assert simulation.firmware.baud == 38400
     simulation.receive(b"\x00\xff junk", 1.45)
     simulation.advance(1.6)
     assert simulation.firmware.baud == 9600
-    simulation.receive(integer_command(Command.HOSTBAUD, 2).to_bytes(), 2.0)
-    simulation.receive(plain_command(Command.PULSE).to_bytes(), 2.3)
+    simulation.receive(make_integer_command(Command.HOSTBAUD, 2).to_bytes(), 2.0)
+    simulation.receive(make_plain_command(Command.PULSE).to_bytes(), 2.3)
     simulation.advance(9.0)
     assert simulation.firmware.baud == 38400
 
@@ -219,8 +223,8 @@ def test_a_still_is_exposed_after_its_request(running: Running) -> None:
     client, line = over_tcp(running)
     with line:
         client.connect()
-        client.write(integer_command(Command.SETRA, 300).to_bytes())
-        client.write(integer_command(Command.DHEAD, 40).to_bytes())
+        client.write(make_integer_command(Command.SETRA, 300).to_bytes())
+        client.write(make_integer_command(Command.DHEAD, 40).to_bytes())
         until(lambda: running.state()["truth"]["heading"] > 0.6, "the turn")
         until(lambda: running.state()["turning"] == 0.0, "a stand")
         after = running.picture()

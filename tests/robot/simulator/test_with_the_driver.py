@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from facetlog.errors import DeviceError
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.simulator.world_file import (
@@ -99,13 +98,3 @@ def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
             head.close()
     finally:
         running.close()
-
-
-def test_a_power_cycle_is_noticed_and_the_robot_can_be_connected_again(running: Running) -> None:
-    address = running.station.addresses.robot
-    with Pioneer.connect(address) as robot:
-        running.fault(kind="power-cycle", seconds=0.3)
-        with pytest.raises(DeviceError, match=r"reset|lost"):
-            until(lambda: robot.state is None, "an end of the session")
-    with Pioneer.connect(address) as robot:
-        assert robot.names.subclass == "p2dx"

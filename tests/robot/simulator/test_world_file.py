@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.robot.pioneer.packets.configuration import Configuration
-from facetlog.robot.simulator.body.dynamics import MotionErrors
+from facetlog.robot.pioneer.packets.reports import Configuration
+from facetlog.robot.simulator.body import MotionErrors
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import ErrorSetup, read_world

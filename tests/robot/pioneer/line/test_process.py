@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
-from facetlog.robot.pioneer.line.last_will import NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import NotStoppedError
 from facetlog.robot.pioneer.line.process import LineProcess
 
 PATIENCE = 20.0
@@ -24,7 +24,7 @@ OUTPUT_SPEED = 5  # its place in what tcgetattr gives
 STOP, OFF, BYE = b"<stop>", b"<off>", b"<bye>"
 DRIVER = """
 import sys, time
-from facetlog.robot.pioneer.line.last_will import NotStoppedError
+from facetlog.robot.pioneer.line.dead_man import NotStoppedError
 from facetlog.robot.pioneer.line.process import LineProcess
 line = LineProcess(sys.argv[1])
 line.part([b"<off>", b"<bye>"])

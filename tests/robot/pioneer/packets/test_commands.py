@@ -7,62 +7,62 @@ from hypothesis import strategies as st
 from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
-    argument_of,
-    command_name,
-    integer_command,
-    plain_command,
-    text_command,
-    wheels_command,
+    make_integer_command,
+    make_plain_command,
+    make_text_command,
+    make_wheels_command,
+    name_command,
+    read_argument,
 )
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 
 
 @given(st.sampled_from(Command), st.integers(-65535, 65535))
 def test_integers_come_back(command: Command, value: int) -> None:
-    assert argument_of(integer_command(command, value)) == value
+    assert read_argument(make_integer_command(command, value)) == value
 
 
 @given(st.binary(max_size=LARGEST_TEXT))
 def test_texts_come_back_zeros_and_all(text: bytes) -> None:
-    assert argument_of(text_command(Command.TTY2, text)) == text
+    assert read_argument(make_text_command(Command.TTY2, text)) == text
 
 
 def test_no_command_exceeds_what_the_oldest_firmware_takes() -> None:
-    longest = text_command(Command.TTY2, bytes(LARGEST_TEXT)).to_bytes()
+    longest = make_text_command(Command.TTY2, bytes(LARGEST_TEXT)).to_bytes()
     assert longest[2] <= 200
 
 
 def test_an_older_text_ends_with_a_zero() -> None:
-    assert argument_of(Packet(Command.SAY, b"\x2bab\x00")) == b"ab"
+    assert read_argument(Packet(Command.SAY, b"\x2bab\x00")) == b"ab"
 
 
 def test_a_command_without_argument_has_none() -> None:
-    assert argument_of(plain_command(Command.PULSE)) is None
+    assert read_argument(make_plain_command(Command.PULSE)) is None
 
 
 @given(st.integers(-128, 127), st.integers(-128, 127))
 def test_wheels_are_two_signed_bytes_the_right_one_first(left: int, right: int) -> None:
-    payload = wheels_command(left, right).payload
+    payload = make_wheels_command(left, right).payload
     assert payload == bytes([0x3B, right % 256, left % 256])
 
 
 @pytest.mark.parametrize("value", [65536, -65536])
 def test_an_integer_beyond_16_bits_is_refused(value: int) -> None:
     with pytest.raises(ValueError, match="16 bits"):
-        integer_command(Command.VEL, value)
+        make_integer_command(Command.VEL, value)
 
 
 def test_a_text_or_a_wheel_beyond_its_room_is_refused() -> None:
     with pytest.raises(ValueError, match="more than a command holds"):
-        text_command(Command.TTY2, bytes(LARGEST_TEXT + 1))
+        make_text_command(Command.TTY2, bytes(LARGEST_TEXT + 1))
     with pytest.raises(ValueError, match="not within"):
-        wheels_command(128, 0)
+        make_wheels_command(128, 0)
 
 
 @given(st.binary(max_size=252))
 def test_any_payload_is_an_argument_or_a_packet_error(payload: bytes) -> None:
     try:
-        value = argument_of(Packet(1, payload))
+        value = read_argument(Packet(1, payload))
     except PacketError:
         return
     assert value is None or isinstance(value, int | bytes)
@@ -71,12 +71,12 @@ def test_any_payload_is_an_argument_or_a_packet_error(payload: bytes) -> None:
 @pytest.mark.parametrize(
     ("packet", "name"),
     [
-        (plain_command(Command.STOP), "STOP"),
-        (integer_command(Command.RVEL, -10), "RVEL -10"),
-        (text_command(Command.TTY2, b"\x81\xff"), "TTY2 81 ff"),
+        (make_plain_command(Command.STOP), "STOP"),
+        (make_integer_command(Command.RVEL, -10), "RVEL -10"),
+        (make_text_command(Command.TTY2, b"\x81\xff"), "TTY2 81 ff"),
         (Packet(200, b"\x3b\x01\x00"), "command 200 1"),
         (Packet(11, b"\x00"), "VEL 00"),
     ],
 )
 def test_commands_have_names_for_people(packet: Packet, name: str) -> None:
-    assert command_name(packet) == name
+    assert name_command(packet) == name

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.packets.commands import (
     Command,
-    integer_command,
-    plain_command,
-    text_command,
+    make_integer_command,
+    make_plain_command,
+    make_text_command,
 )
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet, Received, checksum
 
@@ -30,20 +30,20 @@ def independent_checksum(body: bytes) -> int:
 @pytest.mark.parametrize(
     ("packet", "wire"),
     [
-        (integer_command(Command.VEL, 200), "FA FB 06 0B 3B C8 00 D3 3B"),
-        (integer_command(Command.VEL, -200), "FA FB 06 0B 1B C8 00 D3 1B"),
-        (plain_command(Command.OPEN), "FA FB 03 01 00 01"),
-        (integer_command(Command.OPEN, 1), "FA FB 06 01 3B 01 00 02 3B"),
-        (integer_command(Command.RVEL, 10), "FA FB 06 15 3B 0A 00 1F 3B"),
-        (integer_command(Command.DHEAD, -45), "FA FB 06 0D 1B 2D 00 3A 1B"),
-        (integer_command(Command.MOVE, 500), "FA FB 06 08 3B F4 01 FC 3C"),
-        (plain_command(Command.STOP), "FA FB 03 1D 00 1D"),
-        (plain_command(Command.ESTOP), "FA FB 03 37 00 37"),
-        (integer_command(Command.GETAUX, 0), "FA FB 06 2B 3B 00 00 2B 3B"),
-        (integer_command(Command.ENABLE, 1), "FA FB 06 04 3B 01 00 05 3B"),
-        (integer_command(Command.HOSTBAUD, 2), "FA FB 06 32 3B 02 00 34 3B"),
+        (make_integer_command(Command.VEL, 200), "FA FB 06 0B 3B C8 00 D3 3B"),
+        (make_integer_command(Command.VEL, -200), "FA FB 06 0B 1B C8 00 D3 1B"),
+        (make_plain_command(Command.OPEN), "FA FB 03 01 00 01"),
+        (make_integer_command(Command.OPEN, 1), "FA FB 06 01 3B 01 00 02 3B"),
+        (make_integer_command(Command.RVEL, 10), "FA FB 06 15 3B 0A 00 1F 3B"),
+        (make_integer_command(Command.DHEAD, -45), "FA FB 06 0D 1B 2D 00 3A 1B"),
+        (make_integer_command(Command.MOVE, 500), "FA FB 06 08 3B F4 01 FC 3C"),
+        (make_plain_command(Command.STOP), "FA FB 03 1D 00 1D"),
+        (make_plain_command(Command.ESTOP), "FA FB 03 37 00 37"),
+        (make_integer_command(Command.GETAUX, 0), "FA FB 06 2B 3B 00 00 2B 3B"),
+        (make_integer_command(Command.ENABLE, 1), "FA FB 06 04 3B 01 00 05 3B"),
+        (make_integer_command(Command.HOSTBAUD, 2), "FA FB 06 32 3B 02 00 34 3B"),
         (
-            text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")),
+            make_text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")),
             "FA FB 0A 2A 2B 05 81 09 06 12 FF 4B B1",
         ),
     ],
@@ -84,14 +84,14 @@ def test_a_packet_behind_any_bytes_is_found_at_the_latest_when_the_line_falls_si
 
 
 def test_the_time_of_a_packet_is_that_of_its_first_byte() -> None:
-    wire = plain_command(Command.STOP).to_bytes()
+    wire = make_plain_command(Command.STOP).to_bytes()
     decoder = Decoder()
     assert decoder.feed(b"\x00" + wire[:2], 1.0) == []
-    assert decoder.feed(wire[2:], 2.0) == [Received(plain_command(Command.STOP), 1.0)]
+    assert decoder.feed(wire[2:], 2.0) == [Received(make_plain_command(Command.STOP), 1.0)]
 
 
 def test_a_packet_inside_a_broken_one_is_not_lost() -> None:
-    inner = integer_command(Command.VEL, 200)
+    inner = make_integer_command(Command.VEL, 200)
     broken = b"\xfa\xfb" + bytes([len(inner.to_bytes()) + 2]) + inner.to_bytes() + b"\x00\x00"
     assert [each.packet for each in Decoder().feed(broken)] == [inner]
 

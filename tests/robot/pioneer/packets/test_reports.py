@@ -6,10 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.packets.configuration import LAYOUT, Configuration
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs, Names
-from facetlog.robot.pioneer.packets.true_pose import TruePose
+from facetlog.robot.pioneer.packets.reports import (
+    LAYOUT,
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    Names,
+    TruePose,
+)
 from facetlog.robot.pioneer.parameters import MODELS, parameters_of
 from facetlog.robot.pose2 import Pose2
 

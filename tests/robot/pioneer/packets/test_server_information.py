@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
-from facetlog.robot.pioneer.packets.server_information import (
+from facetlog.robot.pioneer.packets.reports import (
     TAIL,
     ServerInformation,
     SonarReading,

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.rendering.solids import chair, cuboid, cylinder, placed, table
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.body.dynamics import Truth
-from facetlog.robot.simulator.body.obstacles import Obstacles, footprint
+from facetlog.robot.simulator.body import Obstacles, Truth, footprint
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 RADIUS = 0.25

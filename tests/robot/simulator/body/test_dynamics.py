@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.robot.pioneer.packets.commands import Command
-from facetlog.robot.simulator.body.dynamics import STEP, Body, MotionErrors
+from facetlog.robot.simulator.body import STEP, Body, MotionErrors
 from tests.robot.simulator.clients import ORIGIN, Client, connected, make_firmware
 
 TRACK = 0.35

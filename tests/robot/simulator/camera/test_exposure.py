@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from facetlog.robot.rendering.render import render
-from facetlog.robot.simulator.camera.exposure import Exposures, smear_px
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
-from facetlog.robot.simulator.scene import make_scene
-from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, SceneSetup
+from facetlog.robot.simulator.camera.process import Exposures, measure_smear_px
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
+from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, SceneSetup, make_scene
 
 SCENE, MOUNT = make_scene(SceneSetup()), MountSetup()
 SMALL = CameraSetup(width=160, height=120, noise=0.0, blur=0.5)
@@ -28,7 +27,7 @@ def exposures(setup: CameraSetup = SMALL) -> Exposures:
 def test_at_rest_it_is_the_renderers_picture() -> None:
     picture = exposures().expose(THERE, THERE)
     pose, rng = camera_pose(THERE, MOUNT), np.random.default_rng(0)
-    expected = render(SCENE, camera_of(SMALL), pose, noise_sd=0.0, blur_px=0.5, rng=rng)
+    expected = render(SCENE, make_camera(SMALL), pose, noise_sd=0.0, blur_px=0.5, rng=rng)
     assert np.array_equal(picture, expected)
     assert picture.max() > 200, "the block is in sight"
 
@@ -66,11 +65,11 @@ def test_a_moving_camera_takes_the_mean_of_what_it_passes(degrees: float, limit:
 
 
 def test_smear_is_what_turning_moves_the_middle_of_the_picture() -> None:
-    camera = camera_of(SMALL)
+    camera = make_camera(SMALL)
     start, end = camera_pose(turned(0), MOUNT), camera_pose(turned(1), MOUNT)
-    moved = smear_px(camera, start, end)
+    moved = measure_smear_px(camera, start, end)
     assert moved == pytest.approx(camera.fx * math.radians(1), rel=0.5)
-    assert smear_px(camera, start, start) == pytest.approx(0.0, abs=1e-9)
+    assert measure_smear_px(camera, start, start) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_motion_blurs_edges_across_it() -> None:

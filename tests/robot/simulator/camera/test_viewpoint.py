@@ -11,7 +11,7 @@ from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.robot.mount import kinematics
 from facetlog.robot.mount.mount import Mount
 from facetlog.robot.pose2 import Pose2
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_of, camera_pose
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
 from facetlog.robot.tour import tour_camera
 
@@ -60,8 +60,8 @@ def test_positive_roll_and_skew_turn_the_picture_clockwise_about_the_view() -> N
 
 def test_the_default_camera_is_the_tours_and_a_smaller_one_sees_the_same() -> None:
     setup = CameraSetup()
-    assert camera_of(setup) == tour_camera()
-    whole, half = camera_of(setup), camera_of(setup, 0.5)
+    assert make_camera(setup) == tour_camera()
+    whole, half = make_camera(setup), make_camera(setup, 0.5)
     corner = np.linalg.inv(whole.matrix) @ [-0.5, -0.5, 1.0]
     assert half.matrix @ corner == pytest.approx([-0.5, -0.5, 1.0])
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from facetlog.robot.pioneer.packets.commands import Command, text_command
+from facetlog.robot.pioneer.packets.commands import Command, make_text_command
 from facetlog.robot.pioneer.packets.packet import Packet
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
@@ -52,7 +52,7 @@ def test_bytes_go_out_at_once_and_come_back_on_request(
 ) -> None:
     client, parrot = with_parrot(number)
     client.command(ask, 0)
-    client.say(text_command(send, b"\x81\x00\x09\xff"))
+    client.say(make_text_command(send, b"\x81\x00\x09\xff"))
     assert parrot.heard == b"\x81\x00\x09\xff"
     assert answers(client.wait(0.3)) == []
     client.command(ask, 4)
@@ -62,35 +62,35 @@ def test_bytes_go_out_at_once_and_come_back_on_request(
 def test_asking_before_sending_works_as_well() -> None:
     client, _ = with_parrot()
     client.command(Command.GETAUX, 3)
-    client.say(text_command(Command.TTY2, b"abc"))
+    client.say(make_text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"abc")]
 
 
 def test_an_answer_comes_in_chunks_and_only_once_each_is_complete() -> None:
     client, _ = with_parrot()
     client.command(Command.GETAUX, 6)
-    client.say(text_command(Command.TTY2, b"abcdefghij"))
+    client.say(make_text_command(Command.TTY2, b"abcdefghij"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"abcdef")]
     client.command(Command.GETAUX, 5)
     assert answers(client.wait(0.5)) == []
-    client.say(text_command(Command.TTY2, b"k"))
+    client.say(make_text_command(Command.TTY2, b"k"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"ghijk")]
 
 
 def test_getaux_arms_one_answer_only() -> None:
     client, _ = with_parrot()
     client.command(Command.GETAUX, 2)
-    client.say(text_command(Command.TTY2, b"abcd"))
+    client.say(make_text_command(Command.TTY2, b"abcd"))
     assert len(answers(client.wait(1.0))) == 1
 
 
 def test_getaux_0_clears_the_buffer_and_the_request() -> None:
     client, _ = with_parrot()
-    client.say(text_command(Command.TTY2, b"old"))
+    client.say(make_text_command(Command.TTY2, b"old"))
     client.wait(0.1)
     client.command(Command.GETAUX, 8)
     client.command(Command.GETAUX, 0)
-    client.say(text_command(Command.TTY2, b"new"))
+    client.say(make_text_command(Command.TTY2, b"new"))
     assert answers(client.wait(0.2)) == []
     client.command(Command.GETAUX, 3)
     assert answers(client.wait(0.2)) == [Packet(0xB0, b"new")]
@@ -106,11 +106,11 @@ def test_at_another_speed_the_device_is_not_understood() -> None:
     client, parrot = with_parrot()
     client.command(Command.AUX1BAUD, 2)
     client.command(Command.GETAUX, 3)
-    client.say(text_command(Command.TTY2, b"abc"))
+    client.say(make_text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.2)) == []
     assert parrot.heard == b""
     client.command(Command.AUX1BAUD, 0)
-    client.say(text_command(Command.TTY2, b"abc"))
+    client.say(make_text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.2)) == [Packet(0xB0, b"abc")]
 
 
@@ -118,7 +118,7 @@ def test_a_silent_device_neither_hears_nor_answers() -> None:
     client, parrot = with_parrot()
     client.firmware.ports[0].silent = True
     client.command(Command.GETAUX, 3)
-    client.say(text_command(Command.TTY2, b"abc"))
+    client.say(make_text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(1.0)) == []
     assert parrot.heard == b""
 
@@ -126,14 +126,14 @@ def test_a_silent_device_neither_hears_nor_answers() -> None:
 def test_a_port_without_a_device_says_nothing() -> None:
     client, _ = with_parrot()
     client.command(Command.GETAUX2, 1)
-    client.say(text_command(Command.TTY3, b"a"))
+    client.say(make_text_command(Command.TTY3, b"a"))
     assert answers(client.wait(1.0)) == []
 
 
 def test_the_buffer_of_a_port_is_finite_and_large_requests_are_cut() -> None:
     client, _ = with_parrot()
     for _ in range(4):
-        client.say(text_command(Command.TTY2, bytes(100)))
+        client.say(make_text_command(Command.TTY2, bytes(100)))
     client.wait(0.1)
     client.command(Command.GETAUX, 250)
     assert [len(packet.payload) for packet in answers(client.wait(0.1))] == [200]

@@ -4,7 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packets.commands import (
+    Command,
+    make_integer_command,
+    make_plain_command,
+)
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Names
 from facetlog.robot.simulator.firmware.firmware import BOOT_SECONDS
@@ -79,8 +83,8 @@ def test_an_open_that_comes_too_early_is_not_taken_for_a_sync(client: Client) ->
 
 
 def test_other_packets_are_echoed_and_move_nothing(client: Client) -> None:
-    packet = integer_command(Command.VEL, 200)
-    client.say(integer_command(Command.ENABLE, 1), packet)
+    packet = make_integer_command(Command.VEL, 200)
+    client.say(make_integer_command(Command.ENABLE, 1), packet)
     assert client.wait(1.0)[1:] == [packet]
     assert client.truth.x == 0.0
 
@@ -111,7 +115,7 @@ def test_close_ends_reports_and_motors_and_goes_back_to_the_syncs() -> None:
     client = connected(make_firmware())
     client.command(Command.VEL, 300)
     client.wait(1.0)
-    client.say(plain_command(Command.CLOSE))
+    client.say(make_plain_command(Command.CLOSE))
     client.wait(0.0)
     assert client.wait(2.0) == []
     assert client.speed == 0.0

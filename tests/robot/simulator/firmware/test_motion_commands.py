@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.packets.commands import Command, wheels_command
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.commands import Command, make_wheels_command
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.simulator.body.dynamics import Truth
+from facetlog.robot.pioneer.packets.reports import Configuration
+from facetlog.robot.simulator.body import Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 ACCELERATION = 0.3  # m/s², of the firmware as it comes
@@ -97,7 +97,7 @@ def test_dhead_is_from_the_present_heading_and_dchead_from_the_commanded_one(
 @pytest.mark.parametrize(
     "packet",
     [
-        wheels_command(left=5, right=10),
+        make_wheels_command(left=5, right=10),
         Packet(Command.VEL2, bytes([0x3B, 10, 5])),
         Packet(Command.VEL2, bytes([0x1B]) + (-(5 << 8 | 10) & 0xFFFF).to_bytes(2, "little")),
     ],
@@ -112,7 +112,7 @@ def test_vel2_takes_the_right_wheel_from_its_low_byte(client: Client, packet: Pa
 @pytest.mark.parametrize(
     "packet",
     [
-        wheels_command(left=-5, right=5),
+        make_wheels_command(left=-5, right=5),
         # as ARIA sends it: the magnitude of the 16 bits, with the type of a negative number
         Packet(Command.VEL2, bytes([0x1B]) + (0x10000 - 0xFB05).to_bytes(2, "little")),
     ],

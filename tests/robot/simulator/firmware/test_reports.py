@@ -8,13 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.robot.pioneer.packets.commands import Command, integer_command, text_command
-from facetlog.robot.pioneer.packets.configuration import Configuration
+from facetlog.robot.pioneer.packets.commands import Command, make_integer_command, make_text_command
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.reports import Encoders, InputsOutputs
-from facetlog.robot.pioneer.packets.server_information import ServerInformation
+from facetlog.robot.pioneer.packets.reports import (
+    Configuration,
+    Encoders,
+    InputsOutputs,
+    ServerInformation,
+)
 from facetlog.robot.rendering.solids import cuboid, placed
-from facetlog.robot.simulator.body.dynamics import MotionErrors, Truth
+from facetlog.robot.simulator.body import MotionErrors, Truth
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 
@@ -241,7 +244,7 @@ def test_sonar_0_silences_the_sonars_and_polling_chooses_among_them() -> None:
     client.command(Command.SONAR, 0)
     assert client.report().sonar == ()
     client.command(Command.SONAR, 1)
-    client.say(text_command(Command.POLLING, bytes([3, 5])))
+    client.say(make_text_command(Command.POLLING, bytes([3, 5])))
     client.report()
     told = {reading.index for _ in range(5) for reading in client.report().sonar}
     assert told == {2, 4}
@@ -257,7 +260,7 @@ def test_unknown_and_malformed_commands_change_nothing() -> None:
         Packet(Command.TTY2, b"\x2b\x09abc"),
         Packet(Command.HOSTBAUD, b"\x3b\x63\x00"),
         Packet(200, b"anything"),
-        integer_command(Command.GETAUX2, 5),
+        make_integer_command(Command.GETAUX2, 5),
     ):
         client.say(packet)
     client.wait(1.0)
@@ -279,7 +282,7 @@ def test_a_command_of_more_than_200_bytes_is_ignored() -> None:
 
 def test_a_command_in_pieces_is_put_together_and_half_a_one_is_given_up() -> None:
     client = connected(make_firmware())
-    data = integer_command(Command.VEL, 200).to_bytes()
+    data = make_integer_command(Command.VEL, 200).to_bytes()
     for byte in data:
         client.firmware.receive(bytes([byte]), client.now)
         client.wait(0.03)
@@ -318,7 +321,7 @@ def test_no_bytes_make_the_robot_fail_or_move(pieces: list[bytes]) -> None:
 def test_a_stream_of_damaged_commands_is_survived() -> None:
     rng = np.random.default_rng(0)
     commands = [
-        integer_command(command, int(value)).to_bytes()
+        make_integer_command(command, int(value)).to_bytes()
         for command in Command
         for value in rng.integers(-500, 500, 3)
     ]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from facetlog.robot.pioneer.packets.commands import Command, plain_command, text_command
+from facetlog.robot.pioneer.packets.commands import Command, make_plain_command, make_text_command
 from facetlog.robot.pioneer.packets.packet import Packet
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
@@ -26,9 +26,9 @@ def test_the_robot_stops_two_seconds_after_the_last_packet(client: Client) -> No
 @pytest.mark.parametrize(
     "packet",
     [
-        plain_command(Command.PULSE),
-        plain_command(Command.CONFIG),
-        text_command(Command.TTY2, b"\x81\x09\x06\x12\xff"),
+        make_plain_command(Command.PULSE),
+        make_plain_command(Command.CONFIG),
+        make_text_command(Command.TTY2, b"\x81\x09\x06\x12\xff"),
         Packet(199),
     ],
 )

@@ -7,16 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.head.canon import (
+    VC_C4,
+    VC_C50I,
     CanonCommand,
     CanonError,
-    command_to_bytes,
+    CanonModel,
+    encode_command,
+    encode_tilt_range,
     hexadecimal,
     move,
     parse_answer,
     position_of,
-    tilt_range,
 )
-from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
 from facetlog.robot.simulator.heads.canon import MIDDLE_S, SWITCHING_S, CanonHead
 
 OK, BUSY, WRONG, MODE = (f"FE 30 30 {error} 30 EF" for error in ("30", "31", "35", "39"))
@@ -79,13 +81,13 @@ def test_while_it_moves_it_takes_no_move_and_says_so() -> None:
 
 def test_it_moves_at_the_speed_that_was_set() -> None:
     talk = ready()
-    assert talk.ask(command_to_bytes(CanonCommand.PAN_SPEED, hexadecimal(100, 3))) == OK
+    assert talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(100, 3))) == OK
     talk.ask(move(-800, 0))
     sent = talk.now - SOON
     talk.now = sent + 3.0
     assert math.degrees(talk.head.angles(talk.now)[0]) == pytest.approx(300 * 0.1125)
     # A new speed holds for the move under way (manual, page 27).
-    talk.ask(command_to_bytes(CanonCommand.PAN_SPEED, hexadecimal(800, 3)))
+    talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(800, 3)))
     talk.now += 0.7
     assert talk.place() == (-800, 0)
 
@@ -123,7 +125,7 @@ def test_a_c4_obeys_the_order_of_p2os() -> None:
     assert SWITCHING_S <= talk.now - 10 < SWITCHING_S + 1
     assert talk.ask(INITIALIZE) == OK
     for _ in range(3):
-        assert talk.ask(tilt_range(-267, 782)) == OK
+        assert talk.ask(encode_tilt_range(-267, 782)) == OK
     while (answer := talk.ask(move(0, 0))) == BUSY:
         pass
     assert answer == OK
@@ -135,7 +137,7 @@ def test_a_c4_obeys_the_order_of_player() -> None:
         talk.now += 5
         assert talk.ask(frame) == OK
     assert talk.place() == (0, 0)
-    assert talk.ask(tilt_range(-267, 782)) == OK
+    assert talk.ask(encode_tilt_range(-267, 782)) == OK
     assert talk.ask(move(-100, 300)) == OK
     # The old coarse zoom: two digits.
     assert talk.ask("FF303000 A4 EF") == "FE 30 30 30 30 30 30 EF"
@@ -154,7 +156,7 @@ def test_it_obeys_the_order_of_aria_which_homes_twice(model: CanonModel) -> None
             pass
         assert answer == OK
     homing_since = talk.now
-    for frame in ("FF303000 50 323635 EF", "FF303000 51 323635 EF", tilt_range(-267, 782)):
+    for frame in ("FF303000 50 323635 EF", "FF303000 51 323635 EF", encode_tilt_range(-267, 782)):
         assert talk.ask(frame) == OK
     assert talk.ask(INITIALIZE) == OK
     assert talk.now < homing_since + 2.0
@@ -167,7 +169,7 @@ def test_it_obeys_the_order_of_aria_which_homes_twice(model: CanonModel) -> None
 def test_a_c4_does_not_tilt_far_up_before_its_range_is_set() -> None:
     talk = ready()
     assert talk.ask(move(0, 600)) == WRONG
-    assert talk.ask(tilt_range(-267, 782)) == OK
+    assert talk.ask(encode_tilt_range(-267, 782)) == OK
     assert talk.ask(move(0, 600)) == OK
 
 
@@ -176,15 +178,15 @@ def test_a_c4_does_not_tilt_far_up_before_its_range_is_set() -> None:
     [
         move(876, 0),
         move(0, -268),
-        command_to_bytes(CanonCommand.MOVE, b"8000"),
-        command_to_bytes(CanonCommand.MOVE, b"8000 000"),
-        command_to_bytes(CanonCommand.PAN_SPEED, b"007"),
-        command_to_bytes(CanonCommand.PAN_SPEED, b"321"),
-        command_to_bytes(CanonCommand.ZOOM, b"07A9"),
-        command_to_bytes(CanonCommand.ZOOM_REQUEST, b"1"),
-        command_to_bytes(CanonCommand.RANGE, b"180007F00"),
-        command_to_bytes(CanonCommand.INITIALIZE, b"7"),
-        command_to_bytes(CanonCommand.DRIVE),
+        encode_command(CanonCommand.MOVE, b"8000"),
+        encode_command(CanonCommand.MOVE, b"8000 000"),
+        encode_command(CanonCommand.PAN_SPEED, b"007"),
+        encode_command(CanonCommand.PAN_SPEED, b"321"),
+        encode_command(CanonCommand.ZOOM, b"07A9"),
+        encode_command(CanonCommand.ZOOM_REQUEST, b"1"),
+        encode_command(CanonCommand.RANGE, b"180007F00"),
+        encode_command(CanonCommand.INITIALIZE, b"7"),
+        encode_command(CanonCommand.DRIVE),
         bytes.fromhex("FF303000 44 EF"),
     ],
 )
@@ -198,16 +200,16 @@ def test_it_reports_its_limits_and_settings() -> None:
     talk = ready(VC_C50I)
     limits = {b"0": b"7C87", b"1": b"8379", b"2": b"7EF5", b"3": b"8320"}
     for which, expected in limits.items():
-        said = talk.ask(command_to_bytes(CanonCommand.ANGLE_LIMIT_REQUEST, which))
+        said = talk.ask(encode_command(CanonCommand.ANGLE_LIMIT_REQUEST, which))
         assert parse_answer(bytes.fromhex(said)).data == expected
     speeds = {b"0": b"008", b"1": b"320", b"2": b"008", b"3": b"26E"}
     for which, expected in speeds.items():
-        said = talk.ask(command_to_bytes(CanonCommand.SPEED_LIMIT_REQUEST, which))
+        said = talk.ask(encode_command(CanonCommand.SPEED_LIMIT_REQUEST, which))
         assert parse_answer(bytes.fromhex(said)).data == expected
-    talk.ask(command_to_bytes(CanonCommand.TILT_SPEED, b"15E"))
-    said = talk.ask(command_to_bytes(CanonCommand.SPEED_REQUEST, b"1"))
+    talk.ask(encode_command(CanonCommand.TILT_SPEED, b"15E"))
+    said = talk.ask(encode_command(CanonCommand.SPEED_REQUEST, b"1"))
     assert parse_answer(bytes.fromhex(said)).data == b"15E"
-    said = talk.ask(command_to_bytes(CanonCommand.RANGE_REQUEST, b"1"))
+    said = talk.ask(encode_command(CanonCommand.RANGE_REQUEST, b"1"))
     assert parse_answer(bytes.fromhex(said)).data == b"7EF58320"
 
 
@@ -283,10 +285,10 @@ def test_switched_off_it_stops_and_needs_its_middle_again() -> None:
 digits = st.text("0123456789ABCDEF", max_size=9).map(str.encode)
 frames = st.one_of(
     st.builds(move, st.integers(-1000, 1000), st.integers(-400, 900)),
-    st.builds(command_to_bytes, st.sampled_from(CanonCommand), digits),
-    st.builds(command_to_bytes, st.sampled_from(CanonCommand), st.sampled_from([b"0", b"1"])),
+    st.builds(encode_command, st.sampled_from(CanonCommand), digits),
+    st.builds(encode_command, st.sampled_from(CanonCommand), st.sampled_from([b"0", b"1"])),
     st.builds(
-        lambda low, high: tilt_range(low, high),
+        lambda low, high: encode_tilt_range(low, high),
         st.integers(-300, 900),
         st.integers(-300, 900),
     ),

@@ -2,8 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.robot.simulator.heads.serial_out import SerialOut
-from facetlog.robot.simulator.heads.slew import Slew
+from facetlog.robot.simulator.device import SerialOut, Slew
 
 places = st.floats(-1e4, 1e4)
 

@@ -8,8 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.robot.head.sony_models import EVI_D30, EVI_D70, EVI_D100, SonyModel
-from facetlog.robot.head.visca import AbsoluteMove, Drive, Fixed, Inquiry, nibbles, to_bytes
-from facetlog.robot.head.visca_replies import Information, parse_reply, position_of
+from facetlog.robot.head.visca import (
+    AbsoluteMove,
+    Drive,
+    Fixed,
+    Information,
+    Inquiry,
+    nibbles,
+    parse_reply,
+    position_of,
+    to_bytes,
+)
 from facetlog.robot.simulator.heads.sony import STARTING_S, SonyHead
 
 SOON = 0.1

@@ -9,8 +9,12 @@ import pytest
 import serial
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.robot.simulator.serving.address import host_and_port
-from facetlog.robot.simulator.serving.endpoints import UNDER_WAY, PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.serving.endpoints import (
+    UNDER_WAY,
+    PtyEndpoint,
+    TcpEndpoint,
+    split_host_and_port,
+)
 from tests.patience import allowed
 
 OPTION = "--listen"
@@ -42,7 +46,7 @@ def terminal() -> Iterator[PtyEndpoint]:
 
 
 def dial(end: TcpEndpoint) -> socket.socket:
-    host, port = host_and_port(end.address.removeprefix("tcp:"), OPTION)
+    host, port = split_host_and_port(end.address.removeprefix("tcp:"), OPTION)
     return socket.create_connection((host, port), timeout=allowed(10.0))
 
 

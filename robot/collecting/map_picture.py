@@ -8,7 +8,7 @@ Lines end with the map, so that none crosses the words about it.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,15 +16,119 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.collecting.drawing.floor_in_view import floor_in_view, looked_at
-from facetlog.robot.collecting.drawing.map_labels import Box, placed
 from facetlog.robot.collecting.record import Taken, write_file
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MAP_FILE", "Floor", "Found", "Mapped", "map_png"]
+# Places along each side of the picture at which it is asked where it shows the floor.
+PLACES = 65
+
+
+def find_floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
+    """The outline (n, 2) on the floor (z = 0) of what a picture shows of it up to `far` metres.
+
+    Empty if it shows none of it so near. What stands on the floor is not looked at, and no lens.
+    """
+    heights = np.linspace(camera.height - 0.5, -0.5, PLACES)
+    left = _intersect_floor(pose, camera, np.full(PLACES, -0.5), heights, far)
+    right = _intersect_floor(pose, camera, np.full(PLACES, camera.width - 0.5), heights, far)
+    return np.concatenate([left, right[::-1]])
+
+
+def looked_at(pose: Pose, camera: Camera, far: float) -> FloatArray:
+    """Where (2,) the line of sight of the picture's middle meets the floor, or is at `far`."""
+    u, v = (camera.width - 1) / 2, (camera.height - 1) / 2
+    found = _intersect_floor(pose, camera, np.array([u]), np.array([v]), far)
+    if len(found):
+        return np.asarray(found[0])
+    ahead = pose.rotation[:2, 2]
+    return np.asarray(pose.centre[:2] + far * ahead / max(float(np.hypot(*ahead)), 1e-9))
+
+
+def _intersect_floor(
+    pose: Pose, camera: Camera, u: FloatArray, v: FloatArray, far: float
+) -> FloatArray:
+    """Where (k, 2) the rays of pixels meet the floor no farther than that, of those that do."""
+    ahead = np.ones(len(u))
+    rays = np.column_stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, ahead])
+    directions = rays @ pose.rotation.T
+    down = directions[:, 2] < 0
+    # c + t d with z = 0
+    times = pose.centre[2] / -directions[down, 2]
+    places = pose.centre[:2] + times[:, None] * directions[down, :2]
+    near = np.hypot(*(places - pose.centre[:2]).T) <= far
+    return np.asarray(places[near])
+
+
+# Pixels from a label's anchor to its middle, from near to far, and the directions that are tried.
+DISTANCES = (16, 24, 34, 46, 60, 80, 105, 135)
+DIRECTIONS = 16
+GAP = 2  # pixels between two labels
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle of pixels: its upper left corner, width and height."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+    def shared(self, other: "Box") -> float:
+        """The area that both have, a gap about each included."""
+        width = min(self.left + self.width, other.left + other.width) - max(self.left, other.left)
+        height = min(self.top + self.height, other.top + other.height) - max(self.top, other.top)
+        return max(width + GAP, 0.0) * max(height + GAP, 0.0)
+
+    def outside(self, width: float, height: float) -> float:
+        """How many pixels it is beyond a picture's border."""
+        right, bottom = self.left + self.width - width, self.top + self.height - height
+        return max(-self.left, 0.0) + max(-self.top, 0.0) + max(right, 0.0) + max(bottom, 0.0)
+
+
+def placed(
+    anchors: Sequence[tuple[float, float]],
+    sizes: Sequence[tuple[float, float]],
+    drawn: Iterable[Box],
+    picture: tuple[float, float],
+) -> list[Box]:
+    """A box of each size near its anchor, clear of what is `drawn` and of the boxes before it.
+
+    Where no place near it is clear, the one that covers least.
+    """
+    taken = list(drawn)
+    boxes = []
+    for anchor, size in zip(anchors, sizes, strict=True):
+        best, least = None, math.inf
+        for box in _candidates(anchor, size):
+            cost = box.outside(*picture) * size[0] * size[1] + sum(
+                box.shared(other) for other in taken
+            )
+            if cost < least:
+                best, least = box, cost
+            if cost == 0:
+                break
+        assert best is not None  # noqa: S101 - there are candidates, and each has a finite cost
+        boxes.append(best)
+        taken.append(best)
+    return boxes
+
+
+def _candidates(anchor: tuple[float, float], size: tuple[float, float]) -> Iterable[Box]:
+    (x, y), (width, height) = anchor, size
+    for distance in DISTANCES:
+        for k in range(DIRECTIONS):
+            # First up and to the right, where a number is looked for.
+            angle = math.pi / 4 + 2 * math.pi * k / DIRECTIONS
+            dx, dy = math.cos(angle), -math.sin(angle)
+            # Long words keep off by half their length where they lie beside.
+            middle_x = x + dx * (distance + width / 2 - height / 2)
+            middle_y = y + dy * distance
+            yield Box(middle_x - width / 2, middle_y - height / 2, width, height)
+
 
 MAP_FILE = "map.png"
 
@@ -105,7 +209,7 @@ class _Canvas:
         return self.image[self.above : -MARGIN_PX, MARGIN_PX:-MARGIN_PX]
 
     def clip(self) -> None:
-        """Takes away what reaches into the margins."""
+        """Take away what reaches into the margins."""
         kept = self.inner.copy()
         self.image[:] = PAPER
         self.inner[:] = kept
@@ -128,7 +232,7 @@ class Mapped:
     optics: Optics
 
     def draw(self, folder: Path, found: Sequence[Found] = ()) -> None:
-        """Draws it, with what was recognised; InputError where it cannot be written."""
+        """Draw it, with what was recognised; InputError where it cannot be written."""
         data = map_png(self.path, self.taken, self.floor, self.optics, found)
         write_file(folder / MAP_FILE, data)
 
@@ -143,9 +247,9 @@ def map_png(
     """The map as PNG; `path` are the robot's places in the world, in order."""
     legend = _entries(len(taken), floor, found=bool(found))
     canvas = _Canvas(_places(path, taken, floor, found), legend)
-    most = _seen(canvas, taken, optics)
-    _grid(canvas)
-    _circles(canvas, floor)
+    most = _colour_seen_floor(canvas, taken, optics)
+    _draw_grid(canvas)
+    _draw_circles(canvas, floor)
     for view in taken:
         place = (float(view.pose.centre[0]), float(view.pose.centre[1]))
         x, y = looked_at(view.pose, optics.camera, canvas.reach).tolist()
@@ -160,12 +264,12 @@ def map_png(
             canvas.image, canvas.at(x, y), MISSED, cv2.MARKER_TILTED_CROSS, 14, 2, SMOOTH
         )
     for view in taken:
-        _ellipse(canvas, view)
+        _draw_ellipse(canvas, view)
     drawn = [box for view in taken for box in _robot(canvas, view, floor.robot_radius)]
     canvas.clip()
-    _coordinates(canvas)
-    _words(canvas, taken, found, drawn)
-    _legend(canvas, most)
+    _draw_coordinates(canvas)
+    _draw_words(canvas, taken, found, drawn)
+    _draw_legend(canvas, most)
     _, data = cv2.imencode(".png", canvas.image)
     return data.tobytes()
 
@@ -183,7 +287,7 @@ def _places(
     return np.array(places or [(0.0, 0.0)], dtype=np.float64)
 
 
-def _grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
+def _list_grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
     """Lines at every half metre (of large floors fewer): axis, coordinate, and both ends."""
     span = float(max(canvas.high - canvas.low))
     step = 0.5 * max(1, math.ceil(span / 8))
@@ -195,20 +299,20 @@ def _grid_lines(canvas: _Canvas) -> Iterator[tuple[int, float, Pixel, Pixel]]:
             yield axis, k * step, canvas.at(*low), canvas.at(*high)
 
 
-def _grid(canvas: _Canvas) -> None:
-    for _, _, a, b in _grid_lines(canvas):
+def _draw_grid(canvas: _Canvas) -> None:
+    for _, _, a, b in _list_grid_lines(canvas):
         cv2.line(canvas.image, a, b, GRID, 1, SMOOTH)
 
 
-def _coordinates(canvas: _Canvas) -> None:
+def _draw_coordinates(canvas: _Canvas) -> None:
     """The coordinates of the grid's lines at the rim."""
-    for axis, value, (u, v), _ in _grid_lines(canvas):
+    for axis, value, (u, v), _ in _list_grid_lines(canvas):
         canvas.word(f"{value:g}", (u - 10, v + 20) if axis == 0 else (u - 45, v + 5))
     corner = canvas.at(*canvas.high.tolist())
     canvas.word("metres", (corner[0] - 60, canvas.image.shape[0] - 15))
 
 
-def _circles(canvas: _Canvas, floor: Floor) -> None:
+def _draw_circles(canvas: _Canvas, floor: Floor) -> None:
     for circle in floor.closed:
         radius = round(circle.radius * canvas.scale)
         cv2.circle(canvas.image, canvas.at(circle.x, circle.y), radius, CLOSED, 3, SMOOTH)
@@ -217,11 +321,11 @@ def _circles(canvas: _Canvas, floor: Floor) -> None:
         cv2.drawMarker(canvas.image, place, TARGET, cv2.MARKER_CROSS, 22, 2, SMOOTH)
 
 
-def _seen(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
-    """Colours the floor by how many pictures show it; the largest number of them."""
+def _colour_seen_floor(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
+    """Colour the floor by how many pictures show it; the largest number of them."""
     count = np.zeros(canvas.image.shape[:2], dtype=np.int32)
     for view in taken:
-        outline = floor_in_view(view.pose, optics.camera, canvas.reach)
+        outline = find_floor_in_view(view.pose, optics.camera, canvas.reach)
         if len(outline):
             shown = np.zeros(count.shape, dtype=np.uint8)
             pixels = np.array([canvas.at(x, y) for x, y in outline.tolist()], dtype=np.int32)
@@ -262,7 +366,7 @@ def _along(one: FloatArray, other: FloatArray) -> list[Box]:
     ]
 
 
-def _words(
+def _draw_words(
     canvas: _Canvas, taken: Sequence[Taken], found: Sequence[Found], drawn: list[Box]
 ) -> None:
     """The views' numbers and what was recognised, clear of one another, with lines to them."""
@@ -287,7 +391,7 @@ def _words(
         canvas.word(text, (round(box.left), round(box.top + box.height)), WORD)
 
 
-def _ellipse(canvas: _Canvas, view: Taken) -> None:
+def _draw_ellipse(canvas: _Canvas, view: Taken) -> None:
     """Two standard deviations of the pinhole's place over the floor."""
     values, vectors = np.linalg.eigh(view.covariance[:2, :2])
     axes = ELLIPSE_SDS * np.sqrt(np.maximum(values, 0.0)) * canvas.scale
@@ -339,7 +443,7 @@ def _in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry
     return rows
 
 
-def _legend(canvas: _Canvas, most: int) -> None:
+def _draw_legend(canvas: _Canvas, most: int) -> None:
     for x, y, (text, colour, sign) in canvas.legend:
         if colour == SEEN:
             if not most:

@@ -1,1 +1,0 @@
-"""The picture of a collection: floor, way, views, and what was recognised."""

@@ -1,1 +1,0 @@
-"""The simulated robot in its world: how it moves, what it runs into, what its sonars measure."""
