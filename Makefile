@@ -34,7 +34,7 @@ test-all: test ## all tests: the quick ones, then the slow ones
 # every x86-64 processor with AVX, and differs from what AMD and newer Intel processors choose.
 test-kernels: $(STAMP) ## the numerical tests with other kernels of OpenBLAS; only on x86-64
 ifeq ($(shell uname -m)/$(OPENBLAS_CORETYPE),x86_64/)
-	OPENBLAS_CORETYPE=Sandybridge $(PYTEST) $(NUMERICAL)
+	OPENBLAS_CORETYPE=Sandybridge $(PYTEST) -m "slow or not slow" $(NUMERICAL)
 else
 	@echo "test-kernels: nothing to do, this is $$(uname -m) with OPENBLAS_CORETYPE=$$OPENBLAS_CORETYPE"
 endif

@@ -65,6 +65,7 @@ def test_the_block_is_a_box_of_its_size(front_end: FrontEnd) -> None:
 
 
 @pytest.mark.parametrize("front_end", FrontEnd)
+@pytest.mark.slow
 def test_the_block_is_a_box_in_any_frame(front_end: FrontEnd) -> None:
     found = recognised(tour("block"), front_end, FRAMES["turned and scaled"])
     assert_is_a_box_and_nothing_else(found.recognition, (10_000.0, 8_000.0, 6_000.0))
@@ -107,6 +108,7 @@ def test_shuffled_poses_are_reported(front_end: FrontEnd, seed: int) -> None:
         recognised(views, front_end)
 
 
+@pytest.mark.slow
 def test_one_picture_that_is_missing_changes_no_verdict() -> None:
     views = tour("block")
     assert_is_a_box_and_nothing_else(recognised((*views[:7], *views[8:])).recognition)

@@ -39,6 +39,7 @@ def _said(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("most", [1, 20_000, 10**6])
+@pytest.mark.slow
 def test_scenes_read_together_have_the_rows_that_each_has_alone(
     most: int, engine: SceneEngine, items: list[Item], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -65,6 +66,7 @@ def test_a_scene_that_facts_cannot_be_made_of_costs_no_other(
     assert [row["error"] is None for row in rows] == [True, False, True, False, True, False, False]
 
 
+@pytest.mark.slow
 def test_table_matrix_and_python_give_one_answer_and_users_models_come_first(
     items: list[Item], tmp_path: Path
 ) -> None:

@@ -26,6 +26,7 @@ def table(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return tmp_path / f"t{request.param}"
 
 
+@pytest.mark.slow
 def test_rows_come_back_as_they_were(table: Path) -> None:
     rows = _rows() * 700  # more than one group
     write_rows(table, rows)

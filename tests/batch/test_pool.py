@@ -55,6 +55,7 @@ def test_a_scene_at_which_a_worker_died_once_is_tried_again(tmp_path: Path) -> N
     assert rows["box-1"]["model"] == "box"
 
 
+@pytest.mark.slow
 def test_a_scene_that_takes_too_long_has_an_error_and_costs_no_other(tmp_path: Path) -> None:
     items = scene_files(tmp_path, *(f"box-{i}" for i in range(5)), "slow-1", "table-1")
     rows = _rows(items, count=1, seconds=0.5)
@@ -62,6 +63,7 @@ def test_a_scene_that_takes_too_long_has_an_error_and_costs_no_other(tmp_path: P
     assert rows["table-1"]["model"] == "table"
 
 
+@pytest.mark.slow
 def test_what_works_too_long_is_ended_and_what_waits_its_turn_is_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -71,6 +73,7 @@ def test_what_works_too_long_is_ended_and_what_waits_its_turn_is_not(
     assert (rows["box-1"]["model"], rows["table-1"]["model"]) == ("box", "table")
 
 
+@pytest.mark.slow
 def test_time_in_which_no_processor_is_free_does_not_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

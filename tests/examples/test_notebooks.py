@@ -14,6 +14,7 @@ MOST_SECONDS = 180
 
 # What the kernel's packages themselves warn of.
 @pytest.mark.filterwarnings("default")
+@pytest.mark.slow
 def test_the_notebook_runs_and_finds_the_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

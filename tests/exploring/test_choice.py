@@ -98,6 +98,7 @@ def test_the_first_views_are_neighbours_on_a_ring() -> None:
 
 @settings(max_examples=5)
 @given(angle=st.floats(-3.1, 3.1), x=st.floats(-5, 5), y=st.floats(-5, 5))
+@pytest.mark.slow
 def test_turning_and_moving_the_world_changes_nothing(angle: float, x: float, y: float) -> None:
     def number(around: Around, turn: float) -> tuple[int, float]:
         candidates = around.candidates(1)

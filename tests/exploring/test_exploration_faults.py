@@ -49,6 +49,7 @@ def _goes_on(folder: Path, first: Exploration) -> None:
     assert len(set(names)) == len(names) == VIEWS
 
 
+@pytest.mark.slow
 def test_a_door_that_is_closed_on_the_way_sends_it_to_another_view(tmp_path: Path) -> None:
     Exploration(tmp_path / "free", _explorer()).run()
     third = read_record(tmp_path / "free")[1][2].robot
@@ -67,6 +68,7 @@ def test_a_door_that_is_closed_on_the_way_sends_it_to_another_view(tmp_path: Pat
     assert nearest > FORBIDDEN[0].radius
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_walled_in_ends_with_the_reason(tmp_path: Path) -> None:
     robot = FakeRobot(START)
     # Whichever way it turns, something is right before it.
@@ -86,6 +88,7 @@ def test_a_robot_that_is_walled_in_ends_with_the_reason(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("slip", [0.05, -0.05])
+@pytest.mark.slow
 def test_wheels_that_slip_by_a_twentieth_lose_no_view(tmp_path: Path, slip: float) -> None:
     exploration = Exploration(tmp_path, _explorer(), FakeRobot(START, odometry=(slip, slip)))
     ended = exploration.run()
@@ -110,6 +113,7 @@ def test_a_head_that_is_lost_ends_it_and_it_goes_on_later(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("why", ["sent no picture for 10.0 s", "is frozen: the same to the pixel"])
+@pytest.mark.slow
 def test_a_camera_that_is_gone_or_frozen_ends_it_and_it_goes_on_later(
     tmp_path: Path, why: str
 ) -> None:
@@ -190,6 +194,7 @@ def test_views_of_a_thing_that_was_moved_are_named_and_it_goes_on(tmp_path: Path
     assert f"of 4 views: {why}" in exploration.heard.lines
 
 
+@pytest.mark.slow
 def test_a_view_that_was_chosen_again_is_not_judged_again(tmp_path: Path) -> None:
     asked: list[int] = []
 

@@ -99,6 +99,7 @@ def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     assert any("table holds to 95%, 90% wanted; another name" in line for line in said)
 
 
+@pytest.mark.slow
 def test_while_nothing_leads_a_goal_that_is_hardly_likely_takes_no_view_away(
     tmp_path: Path,
 ) -> None:
@@ -138,6 +139,7 @@ def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_i
     assert said.count("before this view it was no table: more views are to say which") == 2
 
 
+@pytest.mark.slow
 def test_at_every_view_the_choice_from_the_record_is_that_of_the_run(tmp_path: Path) -> None:
     def judge(views: int) -> ViewVerdict:
         if views % 2 and views < 6:

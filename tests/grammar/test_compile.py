@@ -187,6 +187,7 @@ def test_a_set_is_all_that_satisfies_its_condition(base: KnowledgeBase, tmp_path
         ("any number of", State.HOLDS),
     ],
 )
+@pytest.mark.slow
 def test_counts_of_legs(count: str, state: State, base: KnowledgeBase, tmp_path: Path) -> None:
     legs = f"{count} separate elements leg where leg supports top"
     assert judged(base, tmp_path, stand(legs), build("table", {})).state is state
@@ -218,6 +219,7 @@ ON_BARS = """model on_bars
     ],
     ids=["table", "bench", "two legs in sight"],
 )
+@pytest.mark.slow
 def test_too_few_pieces_fail_where_all_are_known(
     line: str, scene: Scene, state: State, base: KnowledgeBase, tmp_path: Path
 ) -> None:
@@ -266,6 +268,7 @@ def test_too_few_pieces_fail_where_all_are_known(
         ("expect: elevation(top) at least 5 m", State.HOLDS),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_a_line_says_what_it_says(
     line: str, state: State, base: KnowledgeBase, tmp_path: Path
 ) -> None:
@@ -308,6 +311,7 @@ def test_a_model_that_is_another_adds_lines_and_says_so(
     assert verdict.specialises == ("stand",)
 
 
+@pytest.mark.slow
 def test_a_models_name_goes_before_others_and_judges_nothing(
     base: KnowledgeBase, tmp_path: Path
 ) -> None:

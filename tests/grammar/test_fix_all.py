@@ -124,6 +124,7 @@ def _slip(text: str, chance: random.Random) -> str:
 @given(st.integers(0, 10**9))
 @example(365)  # two limits of which either order never holds
 @example(2265)
+@pytest.mark.slow
 def test_a_fixed_text_is_never_worse_and_stays_when_fixed_again(seed: int) -> None:
     chance = random.Random(seed)
     text = chance.choice(RULES)

@@ -121,6 +121,7 @@ def test_columns_are_counted_in_utf_16(editor: Editor) -> None:
     editor.close("wide.model")
 
 
+@pytest.mark.slow
 def test_an_editor_that_counts_in_utf_8_is_understood_and_may_go_without_a_word(
     tmp_path: Path,
 ) -> None:

@@ -21,6 +21,7 @@ def test_the_models_that_come_with_facetlog_have_no_faults(path: Path) -> None:
     assert analyse(path).faults == ()
 
 
+@pytest.mark.slow
 def test_any_words_in_any_order_are_read() -> None:
     chance = random.Random(3)
     texts = [path.read_text(encoding="utf-8") for path in RULES]

@@ -272,6 +272,7 @@ def test_a_name_with_anything_in_it_comes_back(judge: BatchJudge) -> None:
 
 
 @pytest.mark.parametrize("crisp", [False, True], ids=["graded", "crisp"])
+@pytest.mark.slow
 def test_every_form_of_test_is_judged_as_in_full(tmp_path: Path, *, crisp: bool) -> None:
     lines = [":- module(m, []).", ":- use_module(facetlog(vocabulary))."]
     lines += [f'model(m{i}, "A model.", [a]).' for i in range(len(TESTS))]
@@ -286,6 +287,7 @@ def test_every_form_of_test_is_judged_as_in_full(tmp_path: Path, *, crisp: bool)
         assert judge.judge(FACTS) == in_full(base, FACTS)
 
 
+@pytest.mark.slow
 def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> None:
     lines = [QUANTIFIED]
     for i, (body, test) in enumerate(product(BODIES, CONDITIONS)):
@@ -332,6 +334,7 @@ def test_what_is_left_to_the_interpreter_is_known(tmp_path: Path) -> None:
     assert all(cost.inferences > 0 for cost in costs.values())
 
 
+@pytest.mark.slow
 def test_a_word_that_cannot_be_specialised_is_interpreted_wherever_it_stands(
     tmp_path: Path,
 ) -> None:
@@ -356,6 +359,7 @@ def test_a_word_that_cannot_be_specialised_is_interpreted_wherever_it_stands(
 
 
 @pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
+@pytest.mark.slow
 def test_copies_of_the_built_in_models_are_specialised_as_these_are(
     judge: BatchJudge, tmp_path: Path, *, trusted: bool
 ) -> None:
@@ -389,6 +393,7 @@ def nested(levels: int) -> str:
     )
 
 
+@pytest.mark.slow
 def test_alternatives_in_alternatives_are_written_in_their_own_size(tmp_path: Path) -> None:
     path = tmp_path / "deep.model"
     path.write_text(nested(12))
@@ -420,6 +425,7 @@ def test_an_error_while_models_are_prepared_names_the_model(tmp_path: Path) -> N
         BatchJudge([path], trusted=True)
 
 
+@pytest.mark.slow
 def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) -> None:
     path = tmp_path / "slab.model"
     path.write_text("model slab\n  face board\n\n  flat: board is level\n")
@@ -433,6 +439,7 @@ def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) ->
         assert judge.judge(facts) == before
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_is_unknown_alone() -> None:
     small, large = facts_of("wedge"), facts_of("shelf", boards=12)
     with BatchJudge() as judge:
@@ -455,6 +462,7 @@ def test_what_is_unknown_whatever_is_chosen_is_not_searched_through() -> None:
     assert {found["table"], found["desk"], found["shelf"]} == {State.UNKNOWN}
 
 
+@pytest.mark.slow
 def test_the_time_limit_holds_for_a_scene(tmp_path: Path) -> None:
     path = tmp_path / "slow.pl"
     path.write_text(
@@ -470,6 +478,7 @@ def test_the_time_limit_holds_for_a_scene(tmp_path: Path) -> None:
         assert judge.judge(FACTS) == before
 
 
+@pytest.mark.slow
 def test_models_hash_says_which_models(tmp_path: Path) -> None:
     path = tmp_path / "own.pl"
     path.write_text(OWN)

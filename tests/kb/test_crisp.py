@@ -100,6 +100,7 @@ def test_crisp_and_graded_bases_stand_side_by_side(base: KnowledgeBase, tmp_path
         "step",
     ],
 )
+@pytest.mark.slow
 def test_built_in_models_say_the_same_of_what_was_measured_well(facts_of: Build, name: str) -> None:
     with open_knowledge_base(crisp=True) as crisp, open_knowledge_base() as graded:
         for base in (crisp, graded):

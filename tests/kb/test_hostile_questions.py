@@ -57,6 +57,7 @@ def test_a_hostile_question_is_refused_at_its_fault(
 
 
 @pytest.mark.parametrize(("question", "message", "_"), BOUNDED)
+@pytest.mark.slow
 def test_a_question_without_end_ends_at_a_limit(
     aviary: Aviary, question: str, message: str, _: str
 ) -> None:

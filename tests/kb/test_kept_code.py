@@ -53,6 +53,7 @@ def is_kept(judge: BatchJudge) -> bool:
     return judge._scene.startswith("facetlog_batch:")
 
 
+@pytest.mark.slow
 def test_kept_code_judges_as_what_was_written(
     folder: Path, opened: Opened, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,6 +70,7 @@ def test_kept_code_judges_as_what_was_written(
     assert {name: verdicts(again, name) for name in said} == said  # nothing is remembered
 
 
+@pytest.mark.slow
 def test_two_that_are_open_at_once_have_modules_of_their_own(folder: Path, opened: Opened) -> None:
     one, other = opened(), opened()
     assert is_kept(one)
@@ -79,6 +81,7 @@ def test_two_that_are_open_at_once_have_modules_of_their_own(folder: Path, opene
 
 
 @pytest.mark.parametrize("cut", [10, pytest.param(1000, marks=pytest.mark.slow), -1])
+@pytest.mark.slow
 def test_a_damaged_file_is_written_anew(folder: Path, opened: Opened, cut: int) -> None:
     first = opened()
     said = verdicts(first)
@@ -91,6 +94,7 @@ def test_a_damaged_file_is_written_anew(folder: Path, opened: Opened, cut: int) 
     assert file.read_bytes() != whole[:cut]
 
 
+@pytest.mark.slow
 def test_another_text_has_code_of_its_own(folder: Path, opened: Opened, tmp_path: Path) -> None:
     path = tmp_path / "low.model"
     states = []
@@ -115,6 +119,7 @@ def test_of_a_stranger_s_models_nothing_is_kept(
     assert not list(folder.iterdir())
 
 
+@pytest.mark.slow
 def test_without_a_cache_models_are_written_each_time(
     opened: Opened, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,6 +23,7 @@ def verdict(recognition: Recognition, model: str) -> Verdict:
 
 
 @pytest.mark.parametrize("name", ["box", "table", "chair"])
+@pytest.mark.slow
 def test_each_model_recognises_its_thing_and_nothing_else_does(facts_of: Build, name: str) -> None:
     found = recognize(facts_of(name), scene_name=name)
     assert found.models == {name}
@@ -32,6 +33,7 @@ def test_each_model_recognises_its_thing_and_nothing_else_does(facts_of: Build, 
 @pytest.mark.parametrize(
     "name", ["wedge", "ramp", "pyramid", "cylinder", "room", "table", "chair", "step"]
 )
+@pytest.mark.slow
 def test_what_is_no_box_is_never_called_one(facts_of: Build, name: str) -> None:
     for up in ((0.0, 0.0, 1.0), None):
         box = verdict(recognize(facts_of(name, up=up), scene_name=name), "box")
@@ -80,6 +82,7 @@ def test_two_walls_in_a_corner_contradict_a_box(facts_of: Build) -> None:
 
 
 @pytest.mark.parametrize("name", ["box", "table", "chair"])
+@pytest.mark.slow
 def test_verdicts_do_not_depend_on_the_frame_or_scale(
     facts_of_solid: Build, solid: Build, name: str
 ) -> None:
@@ -150,6 +153,7 @@ def test_json_of_a_verdict_names_parts_sizes_angles_and_proof(facts_of: Build) -
     assert whole[0]["proof"]["state"] == whole[0]["state"] == "holds"
 
 
+@pytest.mark.slow
 def test_a_users_model_stands_beside_the_built_in_ones(facts_of: Build, tmp_path: Path) -> None:
     (tmp_path / "slab.pl").write_text(SLAB)
     found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path], trusted=True)

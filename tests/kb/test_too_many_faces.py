@@ -28,6 +28,7 @@ def heap(count: int) -> Scene:
     return replace(scene, bodies=(Body(tuple(range(len(scene.faces)))),))
 
 
+@pytest.mark.slow
 def test_a_batch_says_which_models_it_was_too_much_for() -> None:
     judge = BatchJudge((), limits=Limits(stack_mb=16))
     verdicts = judge.judge(fact_rows(heap(25)))

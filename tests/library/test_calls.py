@@ -38,6 +38,7 @@ def table() -> facetlog.Result:
     return facetlog.recognize(build("table", {}))
 
 
+@pytest.mark.slow
 def test_a_scene_is_recognised_with_reasons(table: facetlog.Result) -> None:
     assert [verdict.model for verdict in table.best] == ["table"]
     assert repr(table).startswith("<table: t1 is a table (")
@@ -144,6 +145,7 @@ def test_a_result_goes_through_a_file_and_is_asked_again(table: facetlog.Result)
     copy.close()
 
 
+@pytest.mark.slow
 def test_a_result_is_a_source_again(table: facetlog.Result) -> None:
     assert [v.model for v in facetlog.recognize(table).best] == ["table"]
 
@@ -160,6 +162,7 @@ def test_parts_that_are_no_names_are_refused(table: facetlog.Result) -> None:
             ask("table", parts={"top": cast("str", 5)})
 
 
+@pytest.mark.slow
 def test_what_is_doubtful_of_the_views_is_a_warning_of_the_result(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -266,6 +269,7 @@ def test_own_models_are_asked_with_the_others(tmp_path: Path) -> None:
     assert not found.why("nothing").holds
 
 
+@pytest.mark.slow
 def test_views_are_recognised_from_their_folder_and_one_by_one(tmp_path: Path) -> None:
     views = tour("block")
     found = facetlog.recognize(iter(views), up="z")
@@ -329,6 +333,7 @@ def test_files_are_classified_into_a_table(tmp_path: Path) -> None:
     assert rows["error"].isna().tolist() == [True, True, False]
 
 
+@pytest.mark.slow
 def test_upwards_of_what_is_classified_is_a_word_or_a_vector(tmp_path: Path) -> None:
     trimesh.creation.box((300.0, 200.0, 100.0)).export(tmp_path / "block.ply")
     rows = facetlog.classify(tmp_path, up=(0, 2, 0), workers=1)

@@ -14,6 +14,7 @@ from facetlog.robot.rendering.worlds import INCH
 from tests.mapping.rooms import write_visit
 
 
+@pytest.mark.slow
 def test_two_visits_of_one_block_make_one_thing_at_its_place(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,6 +34,7 @@ def text(tmp_path_factory):
     return (out / PAGE_FILE).read_text()
 
 
+@pytest.mark.slow
 def test_the_page_has_figures_8_to_14_and_the_verdict(text):
     ids = [attributes.get("id") for _, attributes in Tags(text).tags]
     assert [f"figure-{k}" for k in range(8, 15)] == [

@@ -50,6 +50,7 @@ FACES = ["f1", "f2", "f3", "f4", "f5", "f6"]
         ("why angle(f1, ", FACES),
     ],
 )
+@pytest.mark.slow
 def test_what_fits_the_place_is_proposed_first(shell: Shell, typed: str, first: list[str]) -> None:
     assert texts(shell, typed)[: len(first)] == first
 

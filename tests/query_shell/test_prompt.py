@@ -123,6 +123,7 @@ def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
         made.close()
 
 
+@pytest.mark.slow
 def test_goals_are_answered_and_remembered(scene: Path) -> None:
     first = Terminal("query", str(scene))
     try:
@@ -138,6 +139,7 @@ def test_goals_are_answered_and_remembered(scene: Path) -> None:
     assert "+face(f1), angle(f1, f2, D, _)" in history_path().read_text()
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_a_question_within_a_second(terminal: Terminal) -> None:
     terminal.keys("between(1, inf, X), X < 0\r")
     terminal.until("X < 0")
@@ -150,6 +152,7 @@ def test_ctrl_c_stops_a_question_within_a_second(terminal: Terminal) -> None:
     terminal.until(rf"yes[\s\S]*{READY}")
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_a_question_of_the_command_line_says_nothing_but_that(scene: Path) -> None:
     goal = "numlist(1, 3000, L), member(X, L), member(Y, L), member(Z, L), X + Y + Z < 0"
     asked = Terminal("-vv", "query", str(scene), f"ignore((face(F), fail)), {goal}")
@@ -187,6 +190,7 @@ def test_tab_completes(terminal: Terminal) -> None:
     assert "90" in terminal.until(ANSWERED)
 
 
+@pytest.mark.slow
 def test_a_plain_terminal_will_do(scene: Path) -> None:
     plain = Terminal("query", str(scene), term="dumb")
     try:
@@ -207,6 +211,7 @@ def test_a_plain_terminal_will_do(scene: Path) -> None:
 
 
 @pytest.mark.parametrize("term", ["xterm", "dumb"])
+@pytest.mark.slow
 def test_only_answers_go_into_a_file(scene: Path, tmp_path: Path, term: str) -> None:
     path = tmp_path / "answers"
     with path.open("wb") as file:

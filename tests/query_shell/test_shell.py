@@ -162,6 +162,7 @@ def test_why_and_why_not_of_models(shell: Shell, said: Said) -> None:
         (":all", "nothing was asked"),
     ],
 )
+@pytest.mark.slow
 def test_what_cannot_be_done_is_one_line_that_says_why(
     shell: Shell, said: Said, line: str, says: str
 ) -> None:

@@ -102,6 +102,7 @@ def test_verdicts_on_solids_are_those_by_hand(bases: Bases, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.slow
 def test_verdicts_on_things_of_any_size_are_those_by_hand(bases: Bases, name: str) -> None:
     scene = varied(name, len(name))
     assert differences(bases, scene) == []

@@ -65,6 +65,7 @@ def holding(found: dict[str, Verdict]) -> set[str]:
 
 
 @pytest.mark.parametrize("builder", BUILDERS)
+@pytest.mark.slow
 def test_each_thing_is_what_it_is_and_nothing_else(base: KnowledgeBase, builder: str) -> None:
     found = verdicts(base, builder, metric=True)
     assert holding(found) == IS.get(builder, set())
@@ -74,5 +75,6 @@ def test_each_thing_is_what_it_is_and_nothing_else(base: KnowledgeBase, builder:
 
 
 @pytest.mark.parametrize("builder", ["desk", "stool", "shelf", "cabinet", "stairs", "room_corner"])
+@pytest.mark.slow
 def test_no_model_needs_metres(base: KnowledgeBase, builder: str) -> None:
     assert holding(verdicts(base, builder, metric=False)) == IS[builder]

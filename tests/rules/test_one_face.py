@@ -54,6 +54,7 @@ def base() -> Iterator[KnowledgeBase]:
 @example((1.18, 0.085), (0.0, 0.7), False, 90.0)
 @example((0.5, 0.4), (0.0, 0.0), True, 90.0)
 @example((2.0, 0.9), (0.0, 0.0), False, 0.0)
+@pytest.mark.slow
 def test_it_is_a_door_or_nothing(
     base: KnowledgeBase,
     size: tuple[float, float],

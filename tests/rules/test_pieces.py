@@ -91,6 +91,7 @@ def _verdict(base: KnowledgeBase, name: str, model: str) -> Verdict:
         ("cuboid", {"brick"}),
     ],
 )
+@pytest.mark.slow
 def test_each_solid_is_what_its_pieces_make(loaded: Loaded, scene: str, holding: set[str]) -> None:
     base, _ = loaded
     models = ("table2", "seat2", "rack", "brick")
@@ -259,6 +260,7 @@ def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
         ("chair", {"plate"}, set()),
     ],
 )
+@pytest.mark.slow
 def test_words_of_places_and_counts_say_the_same_in_both_ways(
     worded: Loaded, name: str, holding: set[str], open_: set[str]
 ) -> None:
@@ -314,6 +316,7 @@ model tower
 """
 
 
+@pytest.mark.slow
 def test_a_post_whose_foot_nobody_saw_may_reach_down_to_the_ground(tmp_path: Path) -> None:
     slab, screen = ((0.0, 0.0, 0.0), (1.0, 0.6, 0.05)), ((0.0, 0.0, 0.05), (1.0, 0.05, 0.5))
     post, shown = ((0.44, 0.4, 0.05), (0.56, 0.52, 1.0)), ((0.44, 0.4, 0.45), (0.56, 0.52, 1.0))

@@ -65,6 +65,7 @@ def test_two_sides_in_pictures_are_a_box_as_in_a_scan(judge: BatchJudge) -> None
 
 
 @pytest.mark.parametrize("name", NO_BOXES)
+@pytest.mark.slow
 def test_what_is_no_box_passes_for_none_from_whichever_side(judge: BatchJudge, name: str) -> None:
     thing = build(name, {})
     for azimuth in AZIMUTHS:

@@ -97,6 +97,7 @@ def holding(judge: BatchJudge, made: Scene) -> set[str]:
         (open_box, set()),
     ],
 )
+@pytest.mark.slow
 def test_furniture_is_told_by_the_space_that_it_leaves(judge, made, answer) -> None:  # type: ignore[no-untyped-def]
     assert holding(judge, made()) == answer
 

@@ -190,6 +190,7 @@ def test_a_table_that_cannot_be_written_at_the_end_keeps_the_rows(
 
 
 @pytest.mark.parametrize("stopped", [True, False])
+@pytest.mark.slow
 def test_resume_tries_a_scene_again_that_took_too_long(
     stopped: bool, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -404,6 +405,7 @@ def _rows_in(journal: Path, least: int) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["jsonl", "parquet"])
+@pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_with_nothing_lost_and_nothing_twice(
     suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -456,6 +458,7 @@ def real_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.real_engine
+@pytest.mark.slow
 def test_scenes_are_judged_by_the_models_and_bad_ones_told(
     real_scenes: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -479,6 +482,7 @@ def test_scenes_are_judged_by_the_models_and_bad_ones_told(
 
 
 @pytest.mark.real_engine
+@pytest.mark.slow
 def test_a_page_has_all_verdicts_of_its_scene(real_scenes: Path) -> None:
     argv = ["classify", "in/a.json", "in/b.json", "in/c.json", "--html", "pages"]
     assert main([*argv, "--workers", "1"]) == 0
@@ -490,6 +494,7 @@ def test_a_page_has_all_verdicts_of_its_scene(real_scenes: Path) -> None:
 
 
 @pytest.mark.real_engine
+@pytest.mark.slow
 def test_a_profile_says_what_each_model_cost(
     real_scenes: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -514,6 +519,7 @@ def test_a_profile_says_what_each_model_cost(
 
 
 @pytest.mark.real_engine
+@pytest.mark.slow
 def test_a_scene_that_would_take_all_memory_is_a_row_and_the_batch_goes_on(
     real_scenes: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -534,6 +540,7 @@ def test_a_scene_that_would_take_all_memory_is_a_row_and_the_batch_goes_on(
 
 @pytest.mark.real_engine
 @pytest.mark.parametrize("suffix", ["jsonl", "csv", "parquet"])
+@pytest.mark.slow
 def test_what_is_doubtful_about_a_scene_is_in_its_row(suffix: str, real_scenes: Path) -> None:
     if suffix == "parquet":
         pytest.importorskip("pyarrow")

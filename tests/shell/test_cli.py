@@ -103,6 +103,7 @@ def test_a_demo_that_cannot_be_is_one_line(
     _refusal(capsys)
 
 
+@pytest.mark.slow
 def test_the_demo_judges_by_models_of_ones_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

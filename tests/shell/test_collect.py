@@ -69,6 +69,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         ([*EXPLORE, "--order", "short"], "--order is of a tour: leave it out with --explore"),
     ],
 )
+@pytest.mark.slow
 def test_options_that_cannot_be_are_refused(
     options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -40,6 +40,7 @@ def _block():
     return views(), drawn
 
 
+@pytest.mark.slow
 def test_no_view_is_drawn_once_the_goal_is_reached():
     views, drawn = _block()
     with open_models() as base:
@@ -52,6 +53,7 @@ def test_no_view_is_drawn_once_the_goal_is_reached():
     assert not any(Goal("box", 0.9).reached(s.recognition) for s in steps[2:-1])
 
 
+@pytest.mark.slow
 def test_numbers_of_a_view_are_rounded_in_json():
     with open_models() as base:
         *_, step = (
@@ -65,6 +67,7 @@ def test_numbers_of_a_view_are_rounded_in_json():
     assert line["largest_sd"] == pytest.approx(step.largest_sd, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_limits_on_views_and_standard_deviation_end_it():
     views, drawn = _block()
     with open_models() as base:
@@ -80,6 +83,7 @@ def test_limits_on_views_and_standard_deviation_end_it():
     assert all(s.largest_sd is None or s.largest_sd > 0.05 for s in steps[:-1])
 
 
+@pytest.mark.slow
 def test_what_is_undecided_is_told():
     with open_models() as base:
         steps = list(recognise_stream(tour("table")[:3], up=UP, base=base, polish=False))
@@ -88,6 +92,7 @@ def test_what_is_undecided_is_told():
     assert steps[0].undecided == ()
 
 
+@pytest.mark.slow
 def test_what_no_view_has_looked_into_is_unknown_while_views_come():
     with open_models() as base:
         steps = list(recognise_stream(tour("table")[:10], up=UP, base=base, polish=False))
@@ -98,6 +103,7 @@ def test_what_no_view_has_looked_into_is_unknown_while_views_come():
     assert states[-2] is State.HOLDS
 
 
+@pytest.mark.slow
 def test_a_view_that_turns_out_to_contradict_is_used_no_more():
     views = list(tour("block")[::2])
     about_up = cv2.Rodrigues(np.radians(4.0) * UP)[0]
@@ -154,6 +160,7 @@ def _started(command):
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.slow
 def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_path, how):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow"]
@@ -170,6 +177,7 @@ def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_
         assert (out / "verdicts.json").is_file()
 
 
+@pytest.mark.slow
 def test_interrupted_its_json_ends_with_all_that_is_known(folder):
     command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow", "--json"]
     with _started(command) as run:
@@ -200,6 +208,7 @@ def test_the_plot_has_a_line_for_each_model_that_ever_held_and_is_the_same_each_
     assert "no model matched" not in text
 
 
+@pytest.mark.slow
 def test_a_folder_with_odometry_is_polished_with_its_drift_put_right(tmp_path, capsys):
     world = make_world("block", 0)
     layout = Format.TRANSFORMS
@@ -221,6 +230,7 @@ def test_a_folder_with_odometry_is_polished_with_its_drift_put_right(tmp_path, c
     assert "is a box (100%)" in out
 
 
+@pytest.mark.slow
 def test_json_has_an_object_a_view_and_all_of_it_at_the_end(folder, capsys):
     main(
         ["recognize", str(folder), "--follow", "--until", "box >= 50%", "--timeout", "5", "--json"]

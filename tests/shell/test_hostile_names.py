@@ -68,6 +68,7 @@ def test_questions_print_no_control_characters(says: Says) -> None:
     assert says("query", "scene.json", r"V = '\e[31m\a', atom_length(a, V)")[0] == 2
 
 
+@pytest.mark.slow
 def test_explanations_print_no_control_characters(says: Says) -> None:
     for command in ("why", "why-not"):
         assert says(command, f"{EVIL}.json", "box")[0] in (0, 1)
@@ -84,6 +85,7 @@ def test_what_is_said_of_scenes_has_no_control_characters(says: Says) -> None:
         says("scene", "convert", file, f"{EVIL}.ply")
 
 
+@pytest.mark.slow
 def test_a_batch_and_its_report_have_no_control_characters(says: Says) -> None:
     labels = "file,label,kind\n"
     labels += f'scene.json,"la{EVIL}bel","{EVIL}"\ntable.json,box,"{EVIL}2"\n'

@@ -69,6 +69,7 @@ def test_what_cannot_be_written_is_said_in_one_line(
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_check_says_whether_pictures_suffice(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

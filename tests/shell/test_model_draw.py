@@ -138,6 +138,7 @@ def test_what_is_drawn_of_a_built_in_model_holds(tmp_path: Path) -> None:
     assert written == {"stool.png", "stool.glb", "stool.json", "run.json"}
 
 
+@pytest.mark.slow
 def test_what_is_drawn_is_there_as_picture_mesh_and_scene(tmp_path: Path) -> None:
     (tmp_path / "slab.model").write_text(SLAB)
 
@@ -178,6 +179,7 @@ def test_what_is_drawn_is_what_other_commands_recognise(tmp_path: Path) -> None:
     assert "t1 is a pedestal" in why.output
 
 
+@pytest.mark.slow
 def test_conditions_that_are_never_met_together_are_named_with_their_place(tmp_path: Path) -> None:
     (tmp_path / "sponge.model").write_text(SPONGE)
 

@@ -81,6 +81,7 @@ def test_scenes_stand_in_files_beside_the_model(
         ("of cuboid(width 0 m)", "give one between"),
     ],
 )
+@pytest.mark.slow
 def test_a_scene_that_cannot_be_had_fails_its_example(
     scene: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

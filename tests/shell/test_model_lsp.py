@@ -53,6 +53,7 @@ def _reply(stream: "IO[bytes] | None", number: int) -> Any:
             return message["result"]
 
 
+@pytest.mark.slow
 def test_an_editor_is_offered_the_builders_of_examples(
     server: "subprocess.Popen[bytes]", tmp_path: Path
 ) -> None:

@@ -28,6 +28,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("path", ["models", "models/slab.model"])
+@pytest.mark.slow
 def test_why_and_why_not_explain_by_a_model_file(
     path: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -40,6 +40,7 @@ def _rows(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_half_of_the_samples_hold_and_half_fail_one_condition_that_is_named(folder: Path) -> None:
     kinds = [row["kind"] for row in _rows(folder / "one")]
 

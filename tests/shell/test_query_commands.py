@@ -52,6 +52,7 @@ def test_a_mesh_is_asked_like_a_scene(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "box" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_up_and_unit_of_a_mesh_are_stated_where_it_is_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

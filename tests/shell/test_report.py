@@ -32,6 +32,7 @@ def test_json_has_a_line_for_each_condition() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -80,6 +80,7 @@ def _colmap(folder: Path, points: np.ndarray) -> None:
     ("floor", "up", "known"),
     [(True, [0, 0, 1], "found from the floor"), (False, [0, -1, 0], "found from the cameras")],
 )
+@pytest.mark.slow
 def test_show_says_whether_a_floor_or_the_cameras_told_up(
     run: Run, floor: bool, up: list[int], known: str
 ) -> None:

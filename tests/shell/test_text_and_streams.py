@@ -66,6 +66,7 @@ def _run(
         (("model", "check", f"{NAME}.absent.model"), 2),
     ],
 )
+@pytest.mark.slow
 def test_names_that_are_no_text_are_names(
     argv: tuple[str, ...],
     code: int,
@@ -84,6 +85,7 @@ def test_names_that_are_no_text_are_names(
             path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_scene_is_called_by_its_name_escaped(folder: Path) -> None:
     assert plain_text(NAME) == SHOWN
     write_scene(replace(cuboid(), name=NAME, warnings=(NAME, "\ud800")), folder / "s.json")
@@ -102,6 +104,7 @@ def test_what_an_encoding_lacks_is_replaced(encoding: str, folder: Path) -> None
 
 
 @pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
+@pytest.mark.slow
 def test_closed_streams_are_no_files_that_are_opened_later(closed: str, folder: Path) -> None:
     page = folder / "page.html"
     done = _run(folder, "why", f"{NAME}.json", "box", "--html", page.name, first=f"exec {closed};")

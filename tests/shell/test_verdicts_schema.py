@@ -21,6 +21,7 @@ def _verdicts(name: str, *, full: bool = False) -> dict[str, Any]:
 
 @pytest.mark.parametrize("full", [False, True])
 @pytest.mark.parametrize("name", ["cuboid", "chair", "room_corner"])
+@pytest.mark.slow
 def test_what_recognition_says_is_as_the_schema_has_it(name: str, full: bool) -> None:
     said = json.dumps(_verdicts(name, full=full))
     record = VerdictsRecord.model_validate_json(said, strict=True)

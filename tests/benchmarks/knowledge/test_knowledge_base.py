@@ -31,6 +31,7 @@ def test_made_facts_are_facts_of_the_schema() -> None:
         assert len({fact[:3] for fact in facts}) == len(facts)
 
 
+@pytest.mark.slow
 def test_the_work_of_growth_finds_what_there_is() -> None:
     with KnowledgeBase() as base:
         for one_thing, work in time_growth.WORK.values():

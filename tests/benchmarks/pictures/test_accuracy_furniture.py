@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from benchmarks.pictures.accuracy_furniture import of_scene
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.scene import Scene
@@ -31,6 +33,7 @@ def test_the_thing_at_the_origin_is_answered_and_boxes_count_where_they_are() ->
     assert (found.boxes, found.right, found.wrong) == (1, False, True)
 
 
+@pytest.mark.slow
 def test_what_is_borderline_is_not_counted() -> None:
     judge = BatchJudge()
     for label in ("desk", "cabinet"):

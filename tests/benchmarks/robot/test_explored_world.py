@@ -41,6 +41,7 @@ def test_a_robot_whose_wheels_slip_is_where_its_covariance_says() -> None:
         assert off @ np.linalg.solve(robot.covariance[:2, :2], off) < chi2.ppf(0.999, 2)
 
 
+@pytest.mark.slow
 def test_views_of_a_ring_show_the_target_and_keep_out() -> None:
     drive = ExploredWorld("block", 3)
     for candidate in drive.ring(3):

@@ -15,6 +15,7 @@ from tests.mapping.rooms import box_thing
 
 
 @pytest.mark.parametrize("seed", range(6))
+@pytest.mark.slow
 def test_a_room_has_four_to_eight_things_between_which_a_robot_passes(seed: int) -> None:
     room = make_room(seed)
     assert FEWEST <= len(room.things) <= MOST
@@ -30,6 +31,7 @@ def test_a_room_has_four_to_eight_things_between_which_a_robot_passes(seed: int)
     ]
 
 
+@pytest.mark.slow
 def test_a_pose_is_compared_with_the_true_one_as_often_as_it_looks_the_same() -> None:
     true = make_room(0).things[0]
     x, y, heading, length, width = true.box.values.tolist()

@@ -28,12 +28,14 @@ def test_recall_is_of_the_own_model_whatever_else_holds() -> None:
 
 
 @pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.slow
 def test_text_has_no_more_conditions_than_is_said(text: str) -> None:
     with BatchJudge((FOLDER / f"{text}.model",)) as judge:
         counts = {name: judge.conditions()[name].count for name in CLASSES}
     assert max(counts.values()) <= MOST[text]
 
 
+@pytest.mark.slow
 def test_each_text_knows_a_table_on_four_legs_and_a_plain_box() -> None:
     number = {name: place for place, (name, _, _) in enumerate(KINDS)}
     names = {"plain box": "box", "table on square legs": "table"}

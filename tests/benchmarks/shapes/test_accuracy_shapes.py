@@ -63,6 +63,7 @@ def test_halves_are_about_as_large_and_do_not_change() -> None:
     assert [int(name[4:-4]) for name in held_out[:8]] == [1, 2, 3, 5, 6, 7, 8, 15]
 
 
+@pytest.mark.slow
 def test_error_is_answered_error_and_counts_as_wrong(judge: BatchJudge) -> None:
     (found,) = judged_by(Task("nothing", "lamp", file="nowhere.ply"), (judge,))
     assert found.answered == "error"
@@ -84,6 +85,7 @@ def test_own_shape_is_answered_right(judge: BatchJudge, name: str, answer: str) 
     assert found.answered == answer
 
 
+@pytest.mark.slow
 def test_noisy_cloud_of_a_box_is_whole_and_a_box(judge: BatchJudge) -> None:
     task = Task("cube", "box", seed=NUMBER["cube"], sampled=True)
     (found,) = judged_by(task, (judge,))

@@ -17,16 +17,19 @@ def base():
         yield opened
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_texts_are_as_they_say() -> None:
     assert main(["model", "test", str(TEXTS)]) == 0
 
 
 @pytest.mark.parametrize("name", THINGS)
+@pytest.mark.slow
 def test_a_text_holds_of_its_own_mesh_alone(base: KnowledgeBase, name: str) -> None:
     scene = from_mesh(name)
     held = {n for n in THINGS if best_verdict(base, n, scene).state is State.HOLDS}
     assert held == {name}
 
 
+@pytest.mark.slow
 def test_a_gate_holds_in_a_scan_from_four_places(base: KnowledgeBase) -> None:
     assert best_verdict(base, "gate", from_scan("gate", 1, places=4)).state is State.HOLDS

@@ -74,6 +74,7 @@ def exact(term: Term) -> object:
 
 @settings(max_examples=150)
 @given(tables())
+@pytest.mark.slow
 def test_any_table_comes_back_exactly(
     base: KnowledgeBase, rows: tuple[tuple[Term, ...], ...]
 ) -> None:

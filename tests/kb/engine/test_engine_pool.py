@@ -176,6 +176,7 @@ def test_ctrl_c_is_heeded_within_a_second(base: KnowledgeBase, question: str) ->
         "base.close(); base.close()",
     ],
 )
+@pytest.mark.slow
 def test_the_interpreter_ends_cleanly(doing: str) -> None:
     run = python(
         "import threading, time\n"
@@ -286,6 +287,7 @@ with KnowledgeBase() as base:
         ("import os; os.mkdir('gone'); os.chdir('gone'); os.rmdir('../gone')\n", {}),
     ],
 )
+@pytest.mark.slow
 def test_prolog_starts_and_reads_its_files_whatever_its_surroundings(
     before: str, environment: dict[str, str], tmp_path: Path
 ) -> None:
@@ -335,6 +337,7 @@ def test_the_process_has_one_pool() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.1, 0.2])
+@pytest.mark.slow
 def test_an_interrupted_start_may_be_tried_again(seconds: float) -> None:
     run = python(
         "import os, signal, threading\n"

@@ -94,6 +94,7 @@ def test_limits_hold(base: KnowledgeBase) -> None:
     assert usable(base)
 
 
+@pytest.mark.slow
 def test_a_process_that_does_not_answer_is_replaced(base: KnowledgeBase) -> None:
     assert base.process_id is not None
     os.kill(base.process_id, signal.SIGSTOP)
@@ -144,6 +145,7 @@ def test_nothing_is_imported_from_the_current_folder(
     assert not (tmp_path / "touched").exists()
 
 
+@pytest.mark.slow
 def test_a_process_that_does_not_read_holds_nobody_up(base: KnowledgeBase) -> None:
     assert base.process_id is not None
     os.kill(base.process_id, signal.SIGSTOP)

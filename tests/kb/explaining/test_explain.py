@@ -137,6 +137,7 @@ def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
 
 
 @pytest.mark.parametrize(("name", "up"), SOLIDS)
+@pytest.mark.slow
 def test_text_has_no_prolog_connectives_and_says_nothing_twice(
     facts_of: Build, name: str, up: Any
 ) -> None:
@@ -199,6 +200,7 @@ MANY_FACED = ("step", "table", "chair")
         ),
     ],
 )
+@pytest.mark.slow
 def test_a_thing_that_fails_is_shown_by_its_nearest_miss(
     facts_of: Build, name: str, up: Any, views: tuple[Any, ...]
 ) -> None:

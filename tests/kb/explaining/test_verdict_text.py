@@ -48,6 +48,7 @@ def steps(proof: Proof) -> Iterable[Proof]:
 
 @settings(max_examples=len(SOLIDS))
 @given(name=st.sampled_from(SOLIDS))
+@pytest.mark.slow
 def test_every_line_of_what_holds_gives_a_reason_that_is_in_the_trace(name: str) -> None:
     holding = [v for v in judged(name) if v.state is HOLDS]
     assert holding
@@ -87,6 +88,7 @@ def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
     metric=st.booleans(),
     seed=st.integers(0, 1000),
 )
+@pytest.mark.slow
 def test_nor_of_things_of_which_a_part_was_seen(
     facts_of: Callable[..., Any],
     solid: Callable[[str], Any],

@@ -139,6 +139,7 @@ def test_scenes_from_one_file_are_independent(
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
+@pytest.mark.slow
 def test_a_flipped_byte_anywhere_is_noticed(
     prolog: Prolog, cache: SceneCache, saved: Path, data: st.DataObject
 ) -> None:

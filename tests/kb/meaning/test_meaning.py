@@ -23,6 +23,7 @@ def judge_alike(judging: Judging, seed: int) -> None:
 
 
 @pytest.mark.parametrize("block", range(5))
+@pytest.mark.slow
 def test_all_ways_of_judging_say_what_the_reference_says(judging: Judging, block: int) -> None:
     for seed in range(9 * block, 9 * block + 9):
         judge_alike(judging, seed)

@@ -114,6 +114,7 @@ def test_where_most_pictures_are_blurred_these_are_named_and_all_stay() -> None:
 
 
 @pytest.mark.parametrize("world", ["block", "table", "stool"])
+@pytest.mark.slow
 def test_sharp_pictures_of_a_tour_are_not_called_blurred(world: str) -> None:
     assert usable_views(tour(world))[1] == ()
 

@@ -102,6 +102,7 @@ def test_an_enlarged_picture_of_noise_has_hardly_an_edge(factor: int, sd: float)
     assert (edge_map(large.image, own_noise=noise).mask != 0).mean() < 0.01
 
 
+@pytest.mark.slow
 def test_the_block_is_found_in_pictures_of_half_the_size() -> None:
     views = tuple(_halved(v) for v in tour("block", 0))
     scene = reconstruct(views, name="small")

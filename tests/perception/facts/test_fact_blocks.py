@@ -81,6 +81,7 @@ changed_scenes = st.builds(
 
 @settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(changed_scenes, min_size=1, max_size=5))
+@pytest.mark.slow
 def test_scenes_together_have_the_facts_that_each_has_alone(scenes: list[Scene]) -> None:
     together = [
         {functor: rows_from(columns) for functor, columns in found.items()}

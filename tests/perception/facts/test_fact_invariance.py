@@ -158,6 +158,7 @@ def unordered(rows: Table) -> Table:
 @pytest.mark.parametrize("build", SOLIDS)
 @quick
 @given(random=orders)
+@pytest.mark.slow
 def test_order_changes_only_names(build: Callable[[], Scene], random: object) -> None:
     scene = build()
     changed, names = shuffled(scene, random)

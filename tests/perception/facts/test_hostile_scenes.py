@@ -6,6 +6,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -106,6 +107,7 @@ CHANGES = (
 
 @settings(max_examples=40)
 @given(st.sampled_from(NAMES), st.sampled_from(CHANGES), st.integers(0, 2**32 - 1))
+@pytest.mark.slow
 def test_facts_are_finite_or_the_scene_is_refused(name: str, change: Any, seed: int) -> None:
     content = _content(name)
     change(content, random.Random(seed))

@@ -42,6 +42,7 @@ def noisy(scene: Scene, rng: np.random.Generator) -> Scene:
 # Planes are taken as independent of one another and of vertices; those of one solid share
 # vertices, which makes some of the figures too large and some too small.
 @pytest.mark.parametrize("build", [cuboid, wedge, l_block, stick_table])
+@pytest.mark.slow
 def test_deviations_are_those_of_the_spread(build: Callable[..., Scene]) -> None:
     rng = np.random.default_rng(7)
     values: dict[tuple[object, ...], list[float]] = defaultdict(list)

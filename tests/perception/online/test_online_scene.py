@@ -38,6 +38,7 @@ def _off(scene):
     return apart.min(axis=1)
 
 
+@pytest.mark.slow
 def test_three_views_show_faces_and_every_view_is_used(run):
     _, steps = run
     assert steps[1][1] is None
@@ -57,6 +58,7 @@ def test_between_searches_each_view_makes_corners_surer(run):
         assert sum(sds[1]) < sum(sds[0])
 
 
+@pytest.mark.slow
 def test_without_polish_corners_are_nearly_as_good_as_of_all_views_at_once(run):
     _, steps = run
     batch = reconstruct(tour("block")[::2], name="block", up=UP)
@@ -64,6 +66,7 @@ def test_without_polish_corners_are_nearly_as_good_as_of_all_views_at_once(run):
     assert rms[0] < 1.5 * rms[1]
 
 
+@pytest.mark.slow
 def test_polished_it_is_the_scene_of_all_views_at_once():
     views = tour("block")[::4]
     online = OnlineScene(name="block", up=UP)
@@ -75,6 +78,7 @@ def test_polished_it_is_the_scene_of_all_views_at_once():
     np.testing.assert_allclose(online.scene.points, batch.points, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_view_with_a_wrong_pose_changes_no_corner_and_is_named():
     views = list(tour("block")[::2])
     angle = np.radians(4.0)
@@ -109,6 +113,7 @@ def test_a_picture_that_shows_nothing_is_named(run):
     assert update.problem.startswith("dark.png: ")
 
 
+@pytest.mark.slow
 def test_of_many_views_those_are_kept_that_differ_most():
     views = tour("block")
     key = KeyViews()
@@ -119,6 +124,7 @@ def test_of_many_views_those_are_kept_that_differ_most():
     assert {v.name for v in key.views} == {v.name for v in views}
 
 
+@pytest.mark.slow
 def test_edges_without_faces_are_surer_across_by_each_view_that_shows_them():
     online, updated, surer = OnlineScene(name="table", up=UP), 0, 0
     for view in tour("table")[:10]:

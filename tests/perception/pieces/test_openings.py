@@ -112,6 +112,7 @@ def test_of_a_closed_mesh_all_openings_are_known(boxes: tuple[Box, ...]) -> None
 
 
 @pytest.mark.parametrize("name", ["desk", "chair", "bench", "shelf"])
+@pytest.mark.slow
 def test_of_a_scan_from_one_side_they_are_not_but_of_one_from_all_sides(name: str) -> None:
     solid = build(name, {})
     ways = [(azimuth, height) for height in (20.0, 4.0) for azimuth in range(10, 360, 45)]

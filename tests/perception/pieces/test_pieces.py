@@ -73,6 +73,7 @@ def test_a_chair_put_together_from_boards_is_cut_where_they_meet() -> None:
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.03, 0.05])
+@pytest.mark.slow
 def test_boards_of_a_bookcase_are_as_thick_as_they_are_though_cells_are_thicker(
     thickness: float,
 ) -> None:

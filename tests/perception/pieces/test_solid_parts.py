@@ -73,6 +73,7 @@ cuboids = st.tuples(*[st.tuples(st.integers(0, 14), st.integers(1, 10))] * 3)
 
 @settings(max_examples=60)
 @given(some=st.lists(cuboids, min_size=1, max_size=6))
+@pytest.mark.slow
 def test_parts_divide_what_is_solid_the_largest_first(
     some: list[tuple[tuple[int, int], ...]],
 ) -> None:

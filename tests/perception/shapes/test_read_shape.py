@@ -59,6 +59,7 @@ def test_what_a_format_says_counts_unless_up_is_to_be_unknown(tmp_path: Path) ->
     assert read_shape(tmp_path / "a.glb", ShapeOptions()).up is None
 
 
+@pytest.mark.slow
 def test_points_alone_become_a_cloud_in_metres_as_their_unit_says(tmp_path: Path) -> None:
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (6000, 3))
     side = np.arange(6000) % 6

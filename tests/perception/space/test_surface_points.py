@@ -1,6 +1,7 @@
 """Points all over faces: as many as a grid has within them, and none outside."""
 
 import numpy as np
+import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -39,6 +40,7 @@ def polygon(seed: int) -> shapely.Geometry:
 
 @some
 @given(st.lists(st.integers(0, 10_000), min_size=1, max_size=4), st.floats(0.06, 0.4))
+@pytest.mark.slow
 def test_every_place_on_a_face_has_a_point_near_and_no_point_is_off_it(
     seeds: list[int], spacing: float
 ) -> None:

@@ -125,11 +125,13 @@ BACK = ((0.0, 0.39, 0.0), (0.4, 0.4, 0.5))
 LID = ((0.0, 0.0, 0.49), (0.4, 0.4, 0.5))
 
 
+@pytest.mark.slow
 def test_a_bin_is_empty_without_a_lid_and_full_with_one() -> None:
     assert enclosed_share(*WALLS, BACK) < 0.3
     assert enclosed_share(*WALLS, BACK, LID) > 0.95
 
 
+@pytest.mark.slow
 def test_a_box_without_a_side_is_empty_and_one_with_a_hole_in_it_is_not() -> None:
     around_hole = (
         ((0.0, 0.39, 0.0), (0.4, 0.4, 0.35)),
@@ -291,6 +293,7 @@ def measured(scene: Scene) -> dict[tuple[str, str], tuple[float, float, float]]:
 
 
 @pytest.mark.parametrize("name", ["cuboid", "cabinet", "table", "desk", "chair", "bench", "shelf"])
+@pytest.mark.slow
 def test_bounds_of_a_scan_contain_what_is_true_of_the_whole(name: str) -> None:
     solid = build(name, {})
     truth = measured(one_body(solid, whole=True))

@@ -63,6 +63,7 @@ def loops(scene: Scene, frame: Similarity | None = None) -> set[frozenset[int]]:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.slow
 def test_a_wrong_focal_length_is_named_and_the_right_one_used(front_end: str) -> None:
     views = tuple(replace(v, camera=v.camera.zoomed(0.95)) for v in tour("block"))
     scene = scene_of(views, front_end)
@@ -75,6 +76,7 @@ def test_a_wrong_focal_length_is_named_and_the_right_one_used(front_end: str) ->
     assert scene.views == tuple(v.name for v in views)
 
 
+@pytest.mark.slow
 def test_what_a_bent_lens_shows_is_seen_straight() -> None:
     lens = Lens(tour("block")[0].camera, Distortion.POLYNOMIAL, (0.2, 0.0, 0.0, 0.0))
     # Straight pictures of a pinhole that are bent the other way show what such a lens does.
@@ -86,6 +88,7 @@ def test_what_a_bent_lens_shows_is_seen_straight() -> None:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.slow
 def test_the_blocks_vertices_are_within_a_tenth_of_an_inch(front_end: str) -> None:
     scene = block_scene(front_end)
     assert len(scene.vertices) == 8
@@ -118,6 +121,7 @@ def test_the_stated_deviations_are_of_the_errors_size(front_end: str) -> None:
 
 
 @pytest.mark.parametrize("metric", [True, False])
+@pytest.mark.slow
 def test_an_error_of_the_unit_is_in_the_deviation_of_every_length(metric: bool) -> None:
     off, scale_sd = 1.015, 0.01
     views = tuple(
@@ -138,6 +142,7 @@ def test_an_error_of_the_unit_is_in_the_deviation_of_every_length(metric: bool) 
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.slow
 def test_another_frame_and_scale_give_the_same_scene(front_end: str) -> None:
     views = tuple(FRAME.view(v) for v in tour("block"))
     moved, scene = scene_of(views, front_end, FRAME.rotation @ UP), block_scene(front_end)
@@ -150,6 +155,7 @@ def test_another_frame_and_scale_give_the_same_scene(front_end: str) -> None:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.slow
 def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
     order = np.random.default_rng(0).permutation(24)
     scene = block_scene(front_end)
@@ -159,6 +165,7 @@ def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
     assert away.max() < 0.02
 
 
+@pytest.mark.slow
 def test_without_up_the_lines_are_the_same() -> None:
     scene = reconstruct(tour("block"), name="block")
     assert scene.up is not None
@@ -184,6 +191,7 @@ def test_pictures_without_anything_are_reported(front_end: str, level: int, faul
         scene_of(views, front_end)
 
 
+@pytest.mark.slow
 def test_a_black_picture_is_named_and_the_rest_used() -> None:
     first, *rest = tour("block")
     black = replace(first, image=np.zeros_like(first.image))
@@ -193,6 +201,7 @@ def test_a_black_picture_is_named_and_the_rest_used() -> None:
     assert scene.warnings == (f"{first.name}: black, left out",)
 
 
+@pytest.mark.slow
 def test_one_picture_at_all_poses_is_named_as_what_contradicts_them() -> None:
     first = tour("block")[0]
     views = tuple(replace(v, image=first.image) for v in tour("block"))
@@ -203,6 +212,7 @@ def test_one_picture_at_all_poses_is_named_as_what_contradicts_them() -> None:
     assert "\n" not in str(said.value)
 
 
+@pytest.mark.slow
 def test_a_picture_at_a_second_pose_is_named() -> None:
     views = tour("block")
     again = replace(views[5], image=views[4].image)
@@ -255,6 +265,7 @@ def test_many_pictures_from_two_places_are_too_few_views_and_no_contradiction() 
     assert "at least three views from different places" in warning
 
 
+@pytest.mark.slow
 def test_cameras_of_different_sizes_are_used_together() -> None:
     other = Camera(560, 400, 520.0, 520.0, 270.0, 205.0)
     seen = views_of(make_world("block"), tour_poses()[1::2], other, seed=5)
@@ -267,6 +278,7 @@ def test_cameras_of_different_sizes_are_used_together() -> None:
     assert sizes == {640, 560}
 
 
+@pytest.mark.slow
 def test_large_pictures_are_answered_in_their_own_pixels() -> None:
     large = tour_camera().resized(1600, 1200)
 
@@ -288,6 +300,7 @@ def test_large_pictures_are_answered_in_their_own_pixels() -> None:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.slow
 def test_shuffled_poses_are_reported(front_end: str) -> None:
     views = shuffled(tour("block"), np.random.default_rng(1))
     with pytest.raises(InconsistentViewsError, match="24 views"):
@@ -323,6 +336,7 @@ def sheared(degrees: float) -> World:
 
 
 @pytest.mark.parametrize("degrees", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_block_out_of_square_is_not_made_square(degrees: float) -> None:
     world = sheared(degrees)
     views = views_of(world, tour_poses(), tour_camera(), seed=0)
@@ -333,6 +347,7 @@ def test_a_block_out_of_square_is_not_made_square(degrees: float) -> None:
     assert away.min(axis=1).max() < 0.1
 
 
+@pytest.mark.slow
 def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> None:
     # Most views have a focal length a fifth too short; the others, which are right, do not agree
     # with them before that is known.
@@ -348,6 +363,7 @@ def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> Non
         assert lens.focal * focal[name] == pytest.approx(true, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_lens_far_off_is_found_in_steps() -> None:
     views = tuple(replace(v, camera=v.camera.zoomed(0.7)) for v in tour("block", 0))
     scene = scene_of(views, "lines")
@@ -356,6 +372,7 @@ def test_a_lens_far_off_is_found_in_steps() -> None:
 
 
 @pytest.mark.parametrize("find_up", [True, False])
+@pytest.mark.slow
 def test_up_is_that_of_the_ground_unless_it_is_to_stay_unknown(find_up: bool) -> None:
     scene = reconstruct(tour("block")[::3], name="block", find_up=find_up)
     assert (scene.up is not None) == find_up

@@ -35,6 +35,7 @@ def at(poses: tuple[Pose, ...]) -> tuple[View, ...]:
 
 
 @pytest.mark.parametrize("near", [25.0, 27.0])
+@pytest.mark.slow
 def test_cameras_that_drive_straight_at_a_thing_are_named(near: float) -> None:
     scene = straight_at_it(near, 35.0)
     (warning,) = [said for said in scene.warnings if "one direction" in said]
@@ -42,12 +43,14 @@ def test_cameras_that_drive_straight_at_a_thing_are_named(near: float) -> None:
     assert "from different sides" in warning
 
 
+@pytest.mark.slow
 def test_a_way_that_ends_close_to_the_thing_shows_depth() -> None:
     scene = straight_at_it(15.0, 45.0)
     assert scene.faces
     assert not any("one direction" in said for said in scene.warnings)
 
 
+@pytest.mark.slow
 def test_a_tour_round_a_thing_is_no_fault() -> None:
     scene = reconstruct(tour("block"), name="block", up=UP)
     assert scene.warnings == ()

@@ -196,6 +196,7 @@ def _serving() -> Iterator[Camera]:
         server.server_close()
 
 
+@pytest.mark.slow
 def test_an_mjpeg_stream_is_read_and_its_new_frames_distinguished_from_old_ones() -> None:
     with _serving() as camera:
         source = open_camera(camera.url + "/", latency=0.2)

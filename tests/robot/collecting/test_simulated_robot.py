@@ -101,6 +101,7 @@ def test_a_simulated_robot_elsewhere_has_no_camera_here() -> None:
     ],
     ids=["elsewhere", "real"],
 )
+@pytest.mark.slow
 def test_collect_refuses_before_anything_moves(
     setup: RobotSetup,
     said: str,

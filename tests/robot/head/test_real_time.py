@@ -68,6 +68,7 @@ def served(device: Device) -> Iterator[PortLine]:
     ("kind", "device"),
     [("sony-evi-d30", SonyHead()), ("canon-vc-c4", CanonHead(VC_C4, powered=True))],
 )
+@pytest.mark.slow
 def test_a_head_is_started_and_turned_by_the_clock(kind: str, device: Device) -> None:
     with served(device) as line:
         head = open_head(kind, line)

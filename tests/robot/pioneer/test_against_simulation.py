@@ -215,6 +215,7 @@ def test_a_robot_that_counts_in_other_units_is_stopped_before_it_is_far() -> Non
 
 
 @pytest.mark.parametrize("model", MODELS)
+@pytest.mark.slow
 def test_no_model_is_suspected_of_another_scale_than_its_own(model: str) -> None:
     run = Run(world(ErrorSetup(slip=0.02, encoder=0.001), model=model))
     for speed, turning in ((0.3, 0.0), (0.0, 0.5), (0.2, 0.3), (-0.1, -0.3), (0.05, 0.1)):

@@ -42,6 +42,7 @@ def stands(scripted: ScriptedRobot) -> None:
 
 
 @pytest.mark.parametrize("method", ["take", "advance"])
+@pytest.mark.slow
 def test_a_failure_in_either_thread_stops_the_robot_and_ends_the_session(
     robot: Pioneer, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:
@@ -54,6 +55,7 @@ def test_a_failure_in_either_thread_stops_the_robot_and_ends_the_session(
     stands(scripted)
 
 
+@pytest.mark.slow
 def test_zeros_do_not_wait_for_a_slow_question(robot: Pioneer, scripted: ScriptedRobot) -> None:
     """A device on the AUX port that never answers holds up nothing."""
     waiting = threading.Thread(target=lambda: _in_vain(robot))

@@ -174,6 +174,7 @@ def test_a_callback_that_fails_is_a_problem_and_nothing_more() -> None:
         robot.wait_for(lambda s: not any(s.stalled), PATIENCE)
 
 
+@pytest.mark.slow
 def test_waiters_wake_up_when_the_link_is_lost() -> None:
     scripted = ScriptedRobot()
     with Pioneer.connect(ScriptedPort(scripted)) as robot:
@@ -491,6 +492,7 @@ def test_a_fork_leaves_the_robot_to_its_parent(served: Served) -> None:
         assert "CLOSE" not in [name for _, name, _ in served.robot.commands][3:]
 
 
+@pytest.mark.slow
 def test_a_robot_on_a_serial_line_is_driven_and_its_line_given_back() -> None:
     served = ServedBySerialLine()
     try:
@@ -504,6 +506,7 @@ def test_a_robot_on_a_serial_line_is_driven_and_its_line_given_back() -> None:
         served.close()
 
 
+@pytest.mark.slow
 def test_a_killed_client_leaves_a_robot_that_stands_and_does_not_jump_at_the_next(
     served: Served, tmp_path: Path
 ) -> None:

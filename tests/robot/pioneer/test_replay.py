@@ -66,6 +66,7 @@ def test_what_was_thought_of_the_motors_of_old_firmware_comes_back_too(tmp_path:
     assert [again[s.at] for s in live] == live
 
 
+@pytest.mark.slow
 def test_the_last_session_is_played_unless_another_is_named(tmp_path: Path) -> None:
     path = tmp_path / "traffic.jsonl"
     first = drive_and_log(path, seconds=0.2)

@@ -35,6 +35,7 @@ SMALL = Camera(160, 120, tour_camera().fx / 4, tour_camera().fy / 4, 79.5, 59.5)
 
 
 @pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.slow
 def test_a_world_renders_and_follows_its_seed(name: str) -> None:
     def picture(seed: int) -> bytes:
         rng = np.random.default_rng(0)

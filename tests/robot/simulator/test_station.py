@@ -86,6 +86,7 @@ def test_a_client_drives_over_tcp_and_the_state_shows_it(running: Running) -> No
     assert set(state) >= {"schema", "at", "speed", "turning", "pan", "tilt", "zoom", "stalled"}
 
 
+@pytest.mark.slow
 def test_a_client_that_hangs_up_leaves_a_robot_that_stops_and_does_not_start_again(
     running: Running,
 ) -> None:
@@ -252,6 +253,7 @@ def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
         assert b"the camera sends no picture" in refused.value.read()
 
 
+@pytest.mark.slow
 def test_the_camera_goes_on_after_its_process_was_killed(
     running: Running, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -307,6 +309,7 @@ def command(*arguments: str) -> "subprocess.Popen[str]":
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.slow
 def test_the_command_prints_its_addresses_and_ends_cleanly(ending: signal.Signals) -> None:
     with command("--listen", ANYWHERE, "--pty", "--json", "--seed", "3") as process:
         assert process.stdout is not None

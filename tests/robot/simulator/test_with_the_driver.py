@@ -63,6 +63,7 @@ def assert_odometry_agrees(robot: Pioneer, running: Running) -> None:
 
 
 @pytest.mark.parametrize("line", ["robot", "pty"])
+@pytest.mark.slow
 def test_the_drivers_pose_is_what_the_encoders_counted(running: Running, line: str) -> None:
     with Pioneer.connect(getattr(running.station.addresses, line)) as robot:
         robot.enable_motors()
@@ -75,6 +76,7 @@ def test_the_drivers_pose_is_what_the_encoders_counted(running: Running, line: s
     assert state["truth"]["heading"] != pytest.approx(state["odometry"]["heading"], abs=2e-3)
 
 
+@pytest.mark.slow
 def test_sonars_that_nobody_looks_at_can_be_switched_off(running: Running) -> None:
     with Pioneer.connect(running.station.addresses.robot) as robot:
         robot.wait_for(lambda state: bool(state.sonars), allowed(LONG))
@@ -85,6 +87,7 @@ def test_sonars_that_nobody_looks_at_can_be_switched_off(running: Running) -> No
         assert all(sonar.at < switched + 0.5 for sonar in later.sonars)
 
 
+@pytest.mark.slow
 def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
     running = Running(WorldSetup(scene=FLOOR, head=HeadSetup(port="aux2"), camera=SMALL))
     try:

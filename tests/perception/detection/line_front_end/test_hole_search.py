@@ -118,6 +118,7 @@ def level_at(found: Scene, height: float) -> list[float]:
 
 
 @pytest.mark.parametrize("name", ["well", "deep"])
+@pytest.mark.slow
 def test_a_hole_is_found_where_it_is(name: str) -> None:
     (hole,) = holes(scene(name))
     turn = np.array([[np.cos(0.4), np.sin(0.4)], [-np.sin(0.4), np.cos(0.4)]])
@@ -146,11 +147,13 @@ def test_holes_are_kept_by_the_scene_file(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("name", ["low", "coin", "tall", "plain", "printed"])
+@pytest.mark.slow
 def test_what_stands_on_a_face_or_is_printed_on_it_is_no_hole(name: str) -> None:
     assert len(scene(name).faces) >= 5
     assert not holes(scene(name))
 
 
+@pytest.mark.slow
 def test_a_glossy_label_is_no_hole() -> None:
     shown = tuple(map(with_glossy_label, views("plain")))
     found = reconstruct(shown, name="label", up=UP)
@@ -158,6 +161,7 @@ def test_a_glossy_label_is_no_hole() -> None:
     assert not holes(found)
 
 
+@pytest.mark.slow
 def test_the_mouth_of_an_open_box_is_no_face() -> None:
     found = scene("tray")
     assert not level_at(found, SIZE[2])
@@ -165,6 +169,7 @@ def test_the_mouth_of_an_open_box_is_no_face() -> None:
     assert len(level_at(scene("plain"), SIZE[2])) == 1
 
 
+@pytest.mark.slow
 def test_the_side_of_a_bench_goes_round_the_opening_between_its_panels() -> None:
     found = scene("bench")
     assert not holes(found)

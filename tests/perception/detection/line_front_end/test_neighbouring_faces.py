@@ -144,6 +144,7 @@ def test_what_no_view_is_turned_to_is_not_implied() -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_a_block_in_four_views_has_its_five_faces(seed: int) -> None:
     views = tour("block", seed)[::6]
     scene = reconstruct(views, name="four", up=UP)

@@ -80,6 +80,7 @@ def test_exact_poses_stay_and_their_points_are_at_the_bound() -> None:
 @pytest.mark.parametrize(
     ("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (0.3, 0.005, 4e-4), (1.0, 0.01, 8e-4)]
 )
+@pytest.mark.slow
 def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, shape: float) -> None:
     # All points share the errors of the gauge, so that a run counts little more than one of them.
     found = [adjusted(seed, degrees, metres) for seed in range(12)]
@@ -107,6 +108,7 @@ def through(tracks: Tracks, radial: float) -> Tracks:
 
 
 @pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
+@pytest.mark.slow
 def test_a_lens_as_stated_is_left_alone(degrees: float, metres: float) -> None:
     found = [adjusted(seed, degrees, metres) for seed in range(12)]
     assert not any(f.lens_errors for f in found)
@@ -114,6 +116,7 @@ def test_a_lens_as_stated_is_left_alone(degrees: float, metres: float) -> None:
 
 @pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
 @pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.1, 0.0), (0.98, 0.0), (1.0, -0.1)])
+@pytest.mark.slow
 def test_a_wrong_lens_is_found_whatever_the_poses(
     stated: float, radial: float, degrees: float, metres: float
 ) -> None:

@@ -20,6 +20,7 @@ TURN_SD = float(np.radians(0.6))
 @pytest.mark.parametrize(
     ("world", "seed"), [("block", 1), pytest.param("wedge", 0, marks=pytest.mark.slow)]
 )
+@pytest.mark.slow
 def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
     true = tour(world, seed)
     given, covs = with_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)
@@ -36,6 +37,7 @@ def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
     assert found.shift == pytest.approx(went)
 
 
+@pytest.mark.slow
 def test_what_is_found_does_not_depend_on_the_frame_or_unit_of_the_world() -> None:
     true = tour("block", 1)[:10]
     given, covs = with_drift(true, np.random.default_rng(4), turn_sd=TURN_SD, way_sd=0.02)
@@ -69,6 +71,7 @@ def test_pictures_that_show_nothing_leave_the_poses_as_they_are() -> None:
     assert (found.shift, found.turn) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_the_correction_is_reported_once_with_the_option_against_it() -> None:
     true = _in_metres(tour("block")[:10])
     given, covs = with_drift(true, np.random.default_rng(1), turn_sd=2 * TURN_SD, way_sd=0.02)

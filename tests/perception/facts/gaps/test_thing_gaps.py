@@ -200,6 +200,7 @@ def test_order_motion_and_scale(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.slow
 def test_deviations_are_those_of_the_spread(name: str) -> None:
     sd, copies = 0.002, 80
     rng = np.random.default_rng(5)

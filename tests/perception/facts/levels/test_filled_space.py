@@ -153,6 +153,7 @@ def test_what_stands_on_the_ground_or_has_a_board_near_it_leaves_no_room() -> No
 
 @settings(max_examples=10)
 @given(st.floats(0.0, 6.3), st.floats(0.01, 1000.0))
+@pytest.mark.slow
 def test_neither_the_frame_nor_the_unit_matters(radians: float, scale: float) -> None:
     after = turned(CHAIR, radians, scale)
     for functor in ("cover", "see_through", "rise_side", "solidity", "built_over"):

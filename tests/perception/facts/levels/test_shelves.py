@@ -42,6 +42,7 @@ def test_beneath_each_board_lie_those_that_are_lower(boards: int) -> None:
 
 @settings(max_examples=20)
 @given(st.lists(st.floats(0.15, 0.4), min_size=1, max_size=5), st.floats(0.02, 0.04), st.booleans())
+@pytest.mark.slow
 def test_boards_are_counted_however_they_are_spaced(
     rooms: list[float], thickness: float, rungs: bool
 ) -> None:

@@ -70,6 +70,7 @@ def squared(found: FittedPose, true: Pose) -> float:
 
 
 @pytest.mark.parametrize("rolling", [0.0, 5e-4])
+@pytest.mark.slow
 def test_poses_and_cameras_are_off_as_their_covariances_say(rolling: float) -> None:
     runs, of_poses, of_cameras = 12, [], []
     for seed in range(runs):
@@ -117,6 +118,7 @@ def test_corners_that_were_mistaken_are_no_inliers() -> None:
 @pytest.mark.parametrize(
     ("count", "heights"), [(12, (0.2, 0.35)), (6, (0.2, 0.35)), (8, (0.35,))], ids=str
 )
+@pytest.mark.slow
 def test_lengths_above_the_mat_are_as_sure_as_they_say(
     count: int, heights: tuple[float, ...]
 ) -> None:

@@ -27,6 +27,7 @@ from tests.perception.reading.view_folders import transforms, write_transforms
 GREY = np.full((SMALL.height, SMALL.width), 128, dtype=np.uint8)
 
 
+@pytest.mark.slow
 def test_pictures_of_a_mat_have_cameras_and_poses_in_metres(tmp_path: Path) -> None:
     found = read_views(write_photos(tmp_path / "pens", photos()))
     assert (found.name, found.metric, len(found.views)) == ("pens", True, 6)
@@ -42,6 +43,7 @@ def test_pictures_of_a_mat_have_cameras_and_poses_in_metres(tmp_path: Path) -> N
         assert view.camera.fx == pytest.approx(SMALL.fx, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_print_of_another_scale_is_put_right_by_its_square(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "a", photos())
     usual = read_views(folder).views[2].pose.centre
@@ -49,6 +51,7 @@ def test_a_print_of_another_scale_is_put_right_by_its_square(tmp_path: Path) -> 
     assert found.views[2].pose.centre == pytest.approx(0.9 * usual, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_print_is_as_sure_as_a_ruler_tells_or_as_is_stated(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "a", photos())
     half_a_millimetre = 0.005 / np.sqrt(3.0)
@@ -63,6 +66,7 @@ def test_a_print_is_as_sure_as_a_ruler_tells_or_as_is_stated(tmp_path: Path) -> 
         assert errors.of([0, 2]).scale_sd == errors.scale_sd
 
 
+@pytest.mark.slow
 def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path: Path) -> None:
     blurred = cv2.GaussianBlur(photos()[0], (0, 0), 4.0)
     folder = write_photos(tmp_path / "a", [*photos(), GREY, blurred])
@@ -79,6 +83,7 @@ def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path:
     assert few.endswith(f"(facetlog mat check {folder} says more)")
 
 
+@pytest.mark.slow
 def test_a_close_picture_that_is_blurred_says_so(tmp_path: Path) -> None:
     camera = SMALL.resized(1920, 1440)
     sharp = [photo(A4, pose, camera) for pose in around(2, 0.16)]
@@ -88,6 +93,7 @@ def test_a_close_picture_that_is_blurred_says_so(tmp_path: Path) -> None:
     assert "02.png is blurred" in line
 
 
+@pytest.mark.slow
 def test_each_size_and_zoom_is_a_camera_of_its_own(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "a", photos()[:3])
     zoomed = SMALL.zoomed(1.6)
@@ -103,6 +109,7 @@ def test_each_size_and_zoom_is_a_camera_of_its_own(tmp_path: Path) -> None:
     assert len(set(focals)) == 2
 
 
+@pytest.mark.slow
 def test_a_video_is_taken_by_frames_spread_over_it(tmp_path: Path) -> None:
     (tmp_path / "a").mkdir()
     frames = [picture for picture in photos() for _ in range(7)]

@@ -52,6 +52,7 @@ def squared_errors(found: tuple[PlacedPicture, ...], poses: tuple[Pose, ...]) ->
     return errors
 
 
+@pytest.mark.slow
 def test_a_lens_and_the_rows_poses_are_found_through_jpeg(tmp_path: Path) -> None:
     camera = Camera(640, 480, 620.0, 620.0, 323.0, 236.5)
     poses = ring_poses((0, 0, 0), 0.35, (0.25, 0.4), 4)

@@ -57,6 +57,7 @@ def worst_distance(found: MatSet) -> float:
 
 
 @pytest.mark.parametrize("k1", [0.0, -0.2])
+@pytest.mark.slow
 def test_a_sound_set_has_no_fault_whatever_its_lens(k1: float, tmp_path: Path) -> None:
     found = mat_pictures(write_photos(tmp_path / "a", [bent(p, k1) for p in pictures()]))
     assert (len(found.pictures), found.faults) == (8, ())
@@ -67,6 +68,7 @@ def test_a_sound_set_has_no_fault_whatever_its_lens(k1: float, tmp_path: Path) -
     ("columns", "rows", "square_mm", "share"),
     [(8, 6, 30.0, 0.75), (7, 5, 35.0, 0.75), (5, 7, 25.0, 0.6), (14, 10, 18.0, 0.75)],
 )
+@pytest.mark.slow
 def test_a_board_of_another_layout_is_named(
     columns: int, rows: int, square_mm: float, share: float
 ) -> None:
@@ -86,6 +88,7 @@ def test_a_board_with_larger_or_smaller_markers_is_named(share: float) -> None:
 
 @pytest.mark.parametrize("blur_px", [0.4, 1.2])
 @pytest.mark.parametrize("camera", [SMALL, SMALL.resized(1600, 1200)])
+@pytest.mark.slow
 def test_the_mat_is_the_mat_however_blurred_and_large(blur_px: float, camera: Camera) -> None:
     for pose in POSES[:2]:
         assert sighting(photo(A4, pose, camera, blur_px=blur_px)) is not None
@@ -99,6 +102,7 @@ def test_no_picture_of_another_board_is_used(tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_mirrored_pictures_are_named_and_left_out(tmp_path: Path) -> None:
     mirrored = [np.ascontiguousarray(p[:, ::-1]) for p in pictures()]
     with pytest.raises(MirroredError):
@@ -113,6 +117,7 @@ def test_mirrored_pictures_are_named_and_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("zoom", "every"), [(1.2, 2), (2.0, 8)])
+@pytest.mark.slow
 def test_zoomed_pictures_have_a_camera_of_their_own(
     zoom: float, every: int, tmp_path: Path
 ) -> None:
@@ -125,6 +130,7 @@ def test_zoomed_pictures_have_a_camera_of_their_own(
     assert focals == pytest.approx([SMALL.fx, zoom * SMALL.fx], rel=0.02)
 
 
+@pytest.mark.slow
 def test_pictures_that_were_cropped_aside_are_named(tmp_path: Path) -> None:
     aside = [enlarged(p, 1.3, 0.11) for p in pictures()]
     found = mat_pictures(write_photos(tmp_path / "a", aside))
@@ -132,6 +138,7 @@ def test_pictures_that_were_cropped_aside_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("stretch", [0.97, 1.01])
+@pytest.mark.slow
 def test_a_print_that_is_longer_one_way_is_named_and_allowed_for(
     stretch: float, tmp_path: Path
 ) -> None:
@@ -141,6 +148,7 @@ def test_a_print_that_is_longer_one_way_is_named_and_allowed_for(
     assert worst_distance(found) < 0.01
 
 
+@pytest.mark.slow
 def test_a_stretched_print_in_zoomed_pictures_is_both(tmp_path: Path) -> None:
     mixed = [enlarged(p, 1.5) if k % 2 else p for k, p in enumerate(pictures(0.97))]
     found = mat_pictures(write_photos(tmp_path / "a", mixed))

@@ -100,6 +100,7 @@ def test_points_of_a_level_or_without_noise_to_measure_with_have_none() -> None:
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.035])
+@pytest.mark.slow
 def test_a_scene_has_one_broad_face_that_looks_up_from_a_thin_board(thickness: float) -> None:
     scene = scene_of_cloud(Cloud.of(thin_table(thickness)), up=Z)
     assert [body.whole for body in scene.bodies] == [True]

@@ -126,6 +126,7 @@ def turned_to_y(u: FloatArray, v: FloatArray, bow: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize(("count", "noise"), [(8000, 0.0), (20_000, 0.0), (20_000, 0.0005)])
+@pytest.mark.slow
 def test_a_sphere_is_curved_however_dense_and_sure_its_points_are(count: int, noise: float) -> None:
     found = cloud_planes(sphere_points(0.5, count, noise))
     assert (found.owner >= 0).mean() < 0.02

@@ -42,6 +42,7 @@ def table(count: int = 20_000, noise: float = 0.0) -> FloatArray:
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.005 * np.sqrt(14.0)])
+@pytest.mark.slow
 def test_box_has_eight_corners_twelve_edges_and_looks_outwards(noise: float) -> None:
     points = turned(box_points(SIZE, 12_000, noise=noise))
     scene = scene_of_cloud(Cloud.of(points))
@@ -72,6 +73,7 @@ def test_scene_turns_and_scales_with_its_cloud() -> None:
     np.testing.assert_allclose(1000.0 * np.array(lengths(one)), lengths(two), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_table_top_looks_up_and_its_underside_down() -> None:
     scene = scene_of_cloud(Cloud.of(table(noise=0.002)), up=Z)
     level = [f for f in scene.faces if abs(f.plane.normal @ Z) > 0.99]
@@ -181,6 +183,7 @@ def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
 
 
 @pytest.mark.parametrize("step", [0.001, 0.005, 0.01])
+@pytest.mark.slow
 def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
     points = np.rint(box_on_a_floor() / step) * step
     checked_box(scene_of_cloud(Cloud.of(points), up=Z))
@@ -188,6 +191,7 @@ def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
 
 @pytest.mark.parametrize("step", [0.002, 0.003, 0.01])
 @pytest.mark.parametrize("turn", [0.3, np.pi / 4.0])
+@pytest.mark.slow
 def test_a_box_across_a_grid_has_all_sides_though_its_floor_has_no_noise(
     step: float, turn: float
 ) -> None:
@@ -207,6 +211,7 @@ def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
     assert not any(patch.areas.any() for patch in scene.patches)
 
 
+@pytest.mark.slow
 def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:
     still = box_on_a_floor(0.0)
     far = np.linalg.norm(still - [-2.0, 0.0, 1.2], axis=1)
@@ -217,6 +222,7 @@ def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:
 
 
 @pytest.mark.parametrize("apart", [0.5, 0.8])
+@pytest.mark.slow
 def test_boxes_near_a_floors_corners_stand_on_it(apart: float) -> None:
     rng = np.random.default_rng(0)
     floor = rectangle(rng, 15_000, np.array([-1.2, -1.2, 0.0]), 2.4 * X, 2.4 * Y)
@@ -231,6 +237,7 @@ def test_boxes_near_a_floors_corners_stand_on_it(apart: float) -> None:
 
 
 @pytest.mark.parametrize("walls", [2, 4, 5])
+@pytest.mark.slow
 def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
     rng = np.random.default_rng(0)
     low, high = np.array([-1.5, -1.5, 0.0]), np.array([1.5, 1.5, 0.0])
@@ -254,12 +261,14 @@ def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
     assert all(float(scene.faces[i].plane.distance(middle)) > 0.0 for i in around)
 
 
+@pytest.mark.slow
 def test_an_empty_shell_is_a_thing() -> None:
     points = box_points((3.0, 3.0, 2.0), 12_000, noise=0.002)
     scene = scene_of_cloud(Cloud.of(points), up=Z)
     assert [len(body.faces) for body in scene.bodies] == [6]
 
 
+@pytest.mark.slow
 def test_up_is_not_known_where_nothing_is_a_floor() -> None:
     for points in (box_points(SIZE, 4000, noise=0.01), table(6000, noise=0.002)):
         scene = scene_of_cloud(Cloud.of(points))
@@ -277,6 +286,7 @@ def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
     assert any("cameras" in said for said in scene.warnings)
 
 
+@pytest.mark.slow
 def test_a_floor_goes_before_cameras_that_look_straight_down() -> None:
     # along z their up lies in the floor
     down = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(-Y, (3, 1))))
@@ -360,6 +370,7 @@ def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
 
 
 @pytest.mark.parametrize("walls", [1, 2, 4])
+@pytest.mark.slow
 def test_an_empty_room_in_metres_is_no_thing(walls: int) -> None:
     rng = np.random.default_rng(walls)
     a, b, h = 3.0 * X, 2.2 * Y, 2.4 * Z

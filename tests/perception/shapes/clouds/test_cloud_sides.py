@@ -76,6 +76,7 @@ NORMALS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], FloatArray]] =
 
 
 @pytest.mark.parametrize("case", NORMALS)
+@pytest.mark.slow
 def test_normals_of_any_orientation_leave_a_box_as_it_is(case: str) -> None:
     points, is_box = on_a_floor("-x", "+x", "-y", "+y", "+z")
     normals = NORMALS[case](points, is_box, true_normals(points, is_box))
@@ -86,6 +87,7 @@ def test_normals_of_any_orientation_leave_a_box_as_it_is(case: str) -> None:
     "place",
     [(0.2, 0.15, 0.0), (0.2, 0.15, -1.0), (-0.7, 1.2, 0.6), (0.2, 0.15, 0.1), (0.2, 0.15, 3.0)],
 )
+@pytest.mark.slow
 def test_a_place_that_lines_of_sight_contradict_is_not_believed(
     place: tuple[float, float, float],
 ) -> None:

@@ -65,6 +65,7 @@ def test_noise_that_grows_with_distance_leaves_a_box_its_faces() -> None:
 
 
 @pytest.mark.parametrize("share", [0.0005, 0.0015])
+@pytest.mark.slow
 def test_heights_count_from_a_floor_that_was_measured(share: float) -> None:
     thing = table(24_000) - [0.6, 0.4, 0.0]
     # near the floor the legs are not told from it, or hidden

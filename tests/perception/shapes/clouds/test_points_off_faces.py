@@ -52,6 +52,7 @@ def test_without_faces_all_points_are_off_them() -> None:
     assert off_faces(np.zeros((3, 3)), np.zeros(3, np.intp), [], noise=0.0, spacing=0.0).all()
 
 
+@pytest.mark.slow
 def test_a_noisy_block_reaches_no_further_than_its_faces() -> None:
     cloud = Cloud.of(box_points((0.7, 0.5, 0.5), 20_000, noise=0.005))
     scene = scene_of_cloud(cloud)

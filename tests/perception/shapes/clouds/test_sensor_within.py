@@ -35,6 +35,7 @@ def on_a_floor() -> FloatArray:
 
 
 @pytest.mark.parametrize("eye", [(0.25, 0.2, 0.15), (0.1, 0.3, 0.2)])
+@pytest.mark.slow
 def test_of_a_box_round_its_sensor_it_is_unknown_whether_it_is_one(
     eye: tuple[float, float, float],
 ) -> None:
@@ -63,6 +64,7 @@ def test_a_sensor_beside_a_thing_warns_of_nothing_and_one_in_a_thing_on_a_floor_
 
 
 @pytest.mark.parametrize("eye", [(1.5, 1.0, 1.3), (0.3, 0.3, 1.8), (2.5, 1.5, 0.9)])
+@pytest.mark.slow
 def test_the_walls_of_a_room_in_which_something_stands_do_not_warn(
     eye: tuple[float, float, float],
 ) -> None:
@@ -73,6 +75,7 @@ def test_the_walls_of_a_room_in_which_something_stands_do_not_warn(
     assert seen(np.concatenate([walls, block]), *eye).warnings == ()
 
 
+@pytest.mark.slow
 def test_a_table_round_its_sensor_is_no_shell() -> None:
     top = box_points((1.2, 0.8, 0.03), 6000) + np.array([0.0, 0.0, 0.7])
     legs = [

@@ -83,6 +83,7 @@ def scene_of(made: trimesh.Trimesh, up: object = Z) -> Scene:
 
 
 @pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.slow
 def test_things_on_a_floor_are_what_they_are_without_it(floor: str) -> None:
     on_floor, bare = scene_of(together(FLOORS[floor], things())), scene_of(things())
     counts, expected = (
@@ -98,12 +99,14 @@ def models_of(made: trimesh.Trimesh) -> frozenset[str]:
         return frozenset(judge_scene(base, "s", facts).models)
 
 
+@pytest.mark.slow
 def test_table_chair_and_box_on_a_floor_are_recognised() -> None:
     assert models_of(together(FLOORS["slab"], things())) >= {"table", "chair", "box"}
 
 
 @settings(max_examples=5)
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1.0, 1e3]))
+@pytest.mark.slow
 def test_a_floor_is_found_in_any_frame_and_unit(seed: int, unit: float) -> None:
     made = together(FLOORS["slab"], things())
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
@@ -121,6 +124,7 @@ def test_a_floor_that_shares_corners_with_feet_is_apart_from_them() -> None:
     assert len(scene.bodies) == 1
 
 
+@pytest.mark.slow
 def test_a_table_alone_on_a_large_slab_is_a_table() -> None:
     made = together(block((-1, -1, -0.05), (2.5, 2, 0)), table())
     assert len(scene_of(made).bodies) == 1
@@ -164,6 +168,7 @@ PARTS_BELOW = {
 
 
 @pytest.mark.parametrize("thing", PARTS_BELOW)
+@pytest.mark.slow
 def test_what_is_below_stays_a_part_where_it_is_no_floor(thing: str) -> None:
     assert len(scene_of(together(*PARTS_BELOW[thing])).bodies) == 1
 

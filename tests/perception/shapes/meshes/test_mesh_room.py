@@ -114,11 +114,13 @@ THINGS = {
 
 @pytest.mark.parametrize("things", THINGS)
 @pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.slow
 def test_what_stands_in_a_room_is_what_it_is_without(room: str, things: str) -> None:
     bare = [row for thing in THINGS[things] for row in boxes_of(scene_of(thing))]
     assert boxes_of(scene_of(together(ROOMS[room], *THINGS[things]))) == sorted(bare)
 
 
+@pytest.mark.slow
 def test_walls_are_told_from_a_crate_by_size_in_metres_alone() -> None:
     full = together(crate(1.2, 1.0, 0.9), carton(0.6, 0.5).apply_translation((0, 0, 0.02)))
     for scale, metric, objects in ((1.0, True, 2), (4.0, True, 1), (4.0, False, 2)):
@@ -177,6 +179,7 @@ def test_a_rough_floor_and_the_box_on_it_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize("far", [10.0, 1e2, 1e4])
+@pytest.mark.slow
 def test_a_table_is_the_same_whatever_is_far_away(far: float) -> None:
     stray = trimesh.Trimesh([[far, 0, 0], [far + 0.1, 0, 0], [far, 0.1, 0.1]], [[0, 1, 2]])
     ground = quad((-far, -far, 0), (far, -far, 0), (far, far, 0), (-far, far, 0))

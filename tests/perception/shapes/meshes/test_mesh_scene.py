@@ -65,6 +65,7 @@ def test_a_cuboid_has_six_faces_eight_vertices_and_twelve_convex_edges(subdivide
     assert not scene.patches
 
 
+@pytest.mark.slow
 def test_five_boxes_that_touch_or_overlap_are_a_table() -> None:
     with open_knowledge_base() as base:
         for overlap in (0.0, 0.02, 0.04):

@@ -34,6 +34,7 @@ def notched_box() -> trimesh.Trimesh:
     return trimesh.util.concatenate(cells)
 
 
+@pytest.mark.slow
 def test_a_box_with_notched_edges_has_the_extents_of_the_solid() -> None:
     made = notched_box()
     scene = scene_of_mesh(Mesh.of(made.vertices, made.faces), up=(0, 0, 1), metric=True)

@@ -57,6 +57,7 @@ def found_up(points: FloatArray, seed: int) -> FloatArray | None:
 @pytest.mark.parametrize(
     "thing", [TABLE, blocks(((0.4, 0.4, 0.8), (0.0, 0.0, 0.0)))], ids=["table", "tall box"]
 )
+@pytest.mark.slow
 def test_a_table_and_a_tall_box_say_that_they_stand_on_a_floor(thing: FloatArray) -> None:
     up = found_up(np.concatenate([sheet(3.0, 2.4), thing]), 3)
     assert up is not None
@@ -72,6 +73,7 @@ ON_A_PLANE = {
 
 
 @pytest.mark.parametrize("scene", ON_A_PLANE)
+@pytest.mark.slow
 def test_up_is_unknown_where_things_may_hang_or_be_legs(scene: str) -> None:
     assert found_up(np.concatenate(ON_A_PLANE[scene]), 3) is None
 

@@ -183,6 +183,7 @@ def test_what_cannot_be_built_is_refused_with_the_way_out(
 
 @settings(max_examples=60)
 @given(st.sampled_from(sorted(BUILDERS)), st.data())
+@pytest.mark.slow
 def test_any_size_is_built_or_refused(name: str, data: st.DataObject) -> None:
     """And what is built has facts, no face without area, and no piece inside out."""
     limits = {"length": (0.0005, 3.0), "count": (1, 12), "angle": (0.0, math.pi)}

@@ -90,6 +90,7 @@ def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
         (-0.05, 4.0, 1e-3, True),  # the ground ends before, as a table's top
     ],
 )
+@pytest.mark.slow
 def test_no_edge_is_seen_beneath_ground_that_shows_all_round(
     high: float, aside: float, sd: float, kept: bool
 ) -> None:

@@ -38,6 +38,7 @@ def heights_over_faces(points: FloatArray) -> FloatArray:
     return np.array(away).T
 
 
+@pytest.mark.slow
 def test_a_block_that_stands_alone_is_seen_whole_by_the_views_before_each_face() -> None:
     true = {frozenset(face): n for n, face in enumerate(SOLID.faces)}
     for face in block().faces:
@@ -145,6 +146,7 @@ def test_sight_lines_end_on_what_a_view_shows_that_is_no_face() -> None:
     assert not any(end[2] == 1.0 for end in ends[1])
 
 
+@pytest.mark.slow
 def test_what_a_camera_sees_of_a_thing_without_a_face_ends_its_sight_lines() -> None:
     ends = np.concatenate(
         [line.ends for line in reconstruct(tour("chair"), name="x", up=UP).sights]

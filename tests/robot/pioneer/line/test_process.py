@@ -152,6 +152,7 @@ def test_a_lease_that_is_not_renewed_ends_in_stops_and_what_comes_late_is_droppe
     line.release()
 
 
+@pytest.mark.slow
 def test_a_closed_connection_is_opened_again_to_stop_the_robot(
     robot: Robot, line: LineProcess
 ) -> None:
@@ -165,6 +166,7 @@ def test_a_closed_connection_is_opened_again_to_stop_the_robot(
     assert robot.hears_nothing_more()
 
 
+@pytest.mark.slow
 def test_a_robot_whose_line_cannot_be_opened_again_was_not_stopped(
     robot: Robot, line: LineProcess
 ) -> None:
@@ -189,6 +191,7 @@ def test_of_a_robot_that_stands_a_closed_connection_stays_closed(
 
 
 @pytest.mark.parametrize("driver", [PATIENCE], indirect=True)
+@pytest.mark.slow
 def test_a_driver_that_is_killed_is_followed_by_stops_and_the_end_of_the_session(
     robot: Robot, driver: subprocess.Popen[bytes]
 ) -> None:
@@ -200,6 +203,7 @@ def test_a_driver_that_is_killed_is_followed_by_stops_and_the_end_of_the_session
 
 
 @pytest.mark.parametrize("driver", [0.3], indirect=True)
+@pytest.mark.slow
 def test_a_driver_that_is_suspended_and_then_killed_leaves_a_robot_that_stands(
     robot: Robot, driver: subprocess.Popen[bytes]
 ) -> None:
@@ -209,6 +213,7 @@ def test_a_driver_that_is_suspended_and_then_killed_leaves_a_robot_that_stands(
     robot.hears(OFF + BYE)
 
 
+@pytest.mark.slow
 def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
     robot: Robot,
 ) -> None:
@@ -222,6 +227,7 @@ def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
         assert process.stdin is not None  # closed now: the fork ends
 
 
+@pytest.mark.slow
 def test_on_a_serial_line_too_a_killed_driver_is_followed_by_stops() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)
@@ -275,6 +281,7 @@ def test_an_owner_that_is_killed_is_said(robot: Robot, line: LineProcess) -> Non
         line.write(b"<go>")
 
 
+@pytest.mark.slow
 def test_where_the_owner_is_killed_its_driver_stops_the_robot(
     robot: Robot, line: LineProcess
 ) -> None:

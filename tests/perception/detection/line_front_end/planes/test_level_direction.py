@@ -81,6 +81,7 @@ def test_the_grounds_normal_is_up_if_the_cameras_were_held_so(rolled: float) -> 
 
 
 @pytest.mark.parametrize("world", ["wedge", "stool"])
+@pytest.mark.slow
 def test_a_scene_in_any_frame_has_the_up_of_its_ground(world: str) -> None:
     frame = random_similarity(np.random.default_rng(5))
     scene = reconstruct([frame.view(view) for view in tour(world)[::2]], name=world)

@@ -173,6 +173,7 @@ def named(pictures: Pictures) -> list[int]:
 
 
 @pytest.mark.parametrize("kind", ["chair", "checkers", "polygons"])
+@pytest.mark.slow
 def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     tour: Pictures, kind: str
 ) -> None:
@@ -185,6 +186,7 @@ def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
 
 
 @pytest.mark.parametrize("kind", ["chair", "polygons"])
+@pytest.mark.slow
 def test_one_foreign_picture_of_six_is_named(tour: Pictures, kind: str) -> None:
     six = tour.select([0, 2, 3, 5, 7, 8])
     assert named(six) == []
@@ -193,6 +195,7 @@ def test_one_foreign_picture_of_six_is_named(tour: Pictures, kind: str) -> None:
     assert named(six.select(range(1, 6)).extended_by(other)) == [5]
 
 
+@pytest.mark.slow
 def test_two_foreign_pictures_are_named_though_they_show_the_same_thing(tour: Pictures) -> None:
     chair = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:20:2]
     others = [replace(tour.views[k], image=chair[k].image) for k in (2, 6)]
