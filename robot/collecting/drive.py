@@ -220,7 +220,7 @@ class MobileBase:
         return None if self._last is None else self.place(self._last)
 
     def place(self, state: RobotView) -> Pose2:
-        """The robot's pose in the world by a report."""
+        """Return the robot's pose in the world by a report."""
         return self.start.compose(state.pose)
 
     def follow(self, route: Route) -> None:

@@ -209,7 +209,7 @@ class _Canvas:
         return self.image[self.above : -MARGIN_PX, MARGIN_PX:-MARGIN_PX]
 
     def clip(self) -> None:
-        """Take away what reaches into the margins."""
+        """Clear what reaches into the margins."""
         kept = self.inner.copy()
         self.image[:] = PAPER
         self.inner[:] = kept
@@ -305,7 +305,7 @@ def _draw_grid(canvas: _Canvas) -> None:
 
 
 def _draw_coordinates(canvas: _Canvas) -> None:
-    """The coordinates of the grid's lines at the rim."""
+    """Write the coordinates of the grid's lines at the rim."""
     for axis, value, (u, v), _ in _list_grid_lines(canvas):
         canvas.word(f"{value:g}", (u - 10, v + 20) if axis == 0 else (u - 45, v + 5))
     corner = canvas.at(*canvas.high.tolist())
@@ -403,7 +403,7 @@ def _draw_ellipse(canvas: _Canvas, view: Taken) -> None:
 
 
 def _size(text: str) -> tuple[int, int]:
-    """Width and height of words on the map, pixels."""
+    """Return the width and height of words on the map, pixels."""
     (width, height), _ = cv2.getTextSize(text, FONT, WORD, 1)
     return width, height
 

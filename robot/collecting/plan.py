@@ -90,7 +90,7 @@ class Reach:
         return self.limits.pan_min + PAN_MARGIN, self.limits.pan_max - PAN_MARGIN
 
     def within(self, gaze: Gaze) -> Gaze:
-        """The nearest angles that the head can take."""
+        """Return the nearest angles that the head can take."""
         return Gaze(
             min(max(gaze.pan, self.limits.pan_min), self.limits.pan_max),
             min(max(gaze.tilt, self.limits.tilt_min), self.limits.tilt_max),

@@ -117,7 +117,7 @@ def _parse_pose2(value: object) -> Pose2:
 
 
 def _make_matrix(pose: Pose) -> FloatArray:
-    """Camera to world (4, 4), OpenGL's axes."""
+    """Return camera to world (4, 4), with OpenGL's axes."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.rotation @ OPENCV_FROM_OPENGL
     matrix[:3, 3] = pose.centre

@@ -51,7 +51,7 @@ class Request:
 
 
 def read_earlier_views(request: Request) -> tuple[Taken, ...]:
-    """The views that are there already; InputError for a folder that holds something else."""
+    """Read the views taken before; InputError for a folder that holds something else."""
     folder = request.folder
     if request.resume:
         check_begun(folder)
@@ -77,12 +77,12 @@ def read_earlier_views(request: Request) -> tuple[Taken, ...]:
 
 
 def check_begun(folder: Path) -> None:
-    """InputError for a folder that holds no collection to go on with."""
+    """Raise InputError for a folder without a collection to resume."""
     if not (folder / LOG_FILE).is_file():
         raise InputError(f"{folder} holds no collection to go on with: leave out --resume")
 
 
 def find_missing_views(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:
-    """Indices of the tour's views that are not there yet."""
+    """Return the indices of the tour's views that are not taken yet."""
     there = {view.name for view in taken}
     return [i for i, view in enumerate(tour.views) if view.name not in there]

@@ -37,11 +37,11 @@ class Circle:
     radius: float
 
     def distance(self, point: Point) -> float:
-        """From the circle's middle to a point."""
+        """Return the distance of a point from the circle's middle."""
         return math.hypot(point[0] - self.x, point[1] - self.y)
 
     def grown(self, margin: float) -> "Circle":
-        """The circle with a larger (or smaller) radius."""
+        """Return the circle with its radius enlarged (or reduced)."""
         return Circle(self.x, self.y, self.radius + margin)
 
 
@@ -51,7 +51,7 @@ def distance_to(circles: tuple[Circle, ...], point: Point) -> float:
 
 
 def route_length(route: Route) -> float:
-    """Metres from the first to the last point."""
+    """Return the metres from the first to the last point."""
     return sum(math.dist(a, b) for a, b in pairwise(route))
 
 

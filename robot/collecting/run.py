@@ -110,7 +110,7 @@ CLEARANCE = 0.03
 
 
 def check_keep_out(request: Request) -> None:
-    """InputError where a radius has no place."""
+    """Raise InputError where no circle of a radius fits."""
     if isinstance(request.keep_out, float) and request.tour.target is None:
         raise InputError(
             "the tour's lines of sight do not meet, so --keep-out needs a place: X,Y,RADIUS"

@@ -312,7 +312,7 @@ def _shoot(
 
 
 def _format_silence(frame: Frame) -> list[str]:
-    """What to say of a camera that gave no picture for a while before this one."""
+    """Return a note about a camera that gave no picture for a while."""
     if not frame.silent:
         return []
     return [f"no picture came from the camera for {frame.silent:.0f} s before this one; it goes on"]

@@ -83,7 +83,7 @@ def along(
 
 
 def turn_to_heading(here: Pose2, heading: float, pace: Pace) -> Motion | None:
-    """The turn on the spot towards a heading; None once it is reached."""
+    """Return the turn on the spot to a heading; None once it is reached."""
     off = math.remainder(heading - here.heading, 2 * math.pi)
     if abs(off) <= HEADING_TOLERANCE:
         return None
@@ -97,7 +97,7 @@ def _slowed(left: float, largest: float, slowing: float, least: float) -> float:
 
 
 def _find_nearest(here: Pose2, route: Route, least: float) -> float:
-    """Metres along the route of its nearest point, not before `least` nor far beyond it."""
+    """Return metres along the route of its nearest point, from `least` to not far beyond it."""
     best, best_distance, start = least, math.inf, 0.0
     for (ax, ay), (bx, by) in pairwise(route):
         length = math.hypot(bx - ax, by - ay)
@@ -113,7 +113,7 @@ def _find_nearest(here: Pose2, route: Route, least: float) -> float:
 
 
 def _find_point_at(route: Route, at: float) -> tuple[float, float]:
-    """The point so many metres along the route; its end if that is beyond."""
+    """Return the point so many metres along the route, at most its end."""
     for (ax, ay), (bx, by) in pairwise(route):
         length = math.hypot(bx - ax, by - ay)
         if at <= length and length > NO_LENGTH:

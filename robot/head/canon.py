@@ -234,7 +234,7 @@ def counts_of(pan: float, tilt: float) -> tuple[int, int]:
 
 
 def angles_of(pan: float, tilt: float) -> tuple[float, float]:
-    """Radians, pan left positive, of counts."""
+    """Convert counts to radians, pan left positive."""
     return -math.radians(pan / COUNTS_PER_DEGREE), math.radians(tilt / COUNTS_PER_DEGREE)
 
 

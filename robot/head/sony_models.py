@@ -56,7 +56,7 @@ class SonyModel:
         )
 
     def angles(self, pan: float, tilt: float) -> tuple[float, float]:
-        """Radians, pan left positive, of counts."""
+        """Convert counts to radians, pan left positive."""
         return -math.radians(pan / self.pan_per_degree), math.radians(tilt / self.tilt_per_degree)
 
 

@@ -70,7 +70,7 @@ class Exchange(ABC):
         self._actions: list[Action] = []
 
     def actions(self) -> list[Action]:
-        """What is to be done now, in order; each once."""
+        """Return what is to be done now, in order; each once."""
         done, self._actions = self._actions, []
         return done
 

@@ -257,7 +257,7 @@ class Control:
         return tuple(self._problems)
 
     def new_problems(self) -> list[Problem]:
-        """Those not returned before."""
+        """Return the problems not returned before."""
         new = list(self._untold)
         self._untold.clear()
         return new
@@ -373,7 +373,7 @@ class Control:
         return self._restored_settings
 
     def check(self) -> None:
-        """DeviceError if there is no session any more."""
+        """Raise DeviceError if the session has ended."""
         if self.lost is not None:
             raise type(self.lost)(*self.lost.args) from self.lost
 

@@ -57,7 +57,7 @@ class Inbox:
         self._packets.append(received)
 
     def clear(self) -> None:
-        """Forgets what is there."""
+        """Discard all that is queued."""
         with self._link.changed:
             self._packets.clear()
 

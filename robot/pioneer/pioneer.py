@@ -144,7 +144,7 @@ class Pioneer:
 
     @property
     def parameters(self) -> Parameters:
-        """Of its model, or of the one that was given."""
+        """Parameters of its model, or of the one that was given."""
         return self._connected.parameters
 
     @property
@@ -172,7 +172,7 @@ class Pioneer:
 
     @property
     def last_state(self) -> RobotState:
-        """The same, also when nothing comes any more."""
+        """The state by the last report, also after the link is lost or closed."""
         return self._last()
 
     @property

@@ -83,7 +83,7 @@ class TrafficLog:
         self._put((at, "out", data, {} if name is None else {"name": name}))
 
     def note(self, at: float, **details: object) -> None:
-        """Something else that happened."""
+        """Log another event."""
         self._put((at, "", b"", details))
 
     def close(self) -> None:

@@ -39,7 +39,7 @@ class Similarity:
             raise ValueError("the scale must be positive and finite")
 
     def view(self, view: View) -> View:
-        """The view with its pose in the new frame."""
+        """Return the view with its pose in the new frame."""
         centre = self.scale * self.rotation @ view.pose.centre + self.shift
         return replace(view, pose=Pose(self.rotation @ view.pose.rotation, centre))
 

@@ -84,8 +84,8 @@ def world_of(name: str, maker: Maker, seed: int = 0) -> World:
     return World(solids, floor, sun, name=name, model_scale=model_scale)
 
 
-def _as_it_is(make: Callable[[np.random.Generator], tuple[Solid, ...]]) -> Maker:
-    return lambda rng: (make(rng), 1.0)
+def _keep_size(make: Callable[[np.random.Generator], Solid]) -> Maker:
+    return lambda rng: ((make(rng),), 1.0)
 
 
 def _as_model(draw: Callable[[np.random.Generator], Solid]) -> Maker:
@@ -94,42 +94,6 @@ def _as_model(draw: Callable[[np.random.Generator], Solid]) -> Maker:
         return (solid,), model_scale
 
     return maker
-
-
-def _block(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (cuboid(*BLOCK_SIZE, name="block"),)
-
-
-def _empty(_: np.random.Generator) -> tuple[Solid, ...]:
-    return ()
-
-
-def _wedge(rng: np.random.Generator) -> tuple[Solid, ...]:
-    return (wedge(10.0, 8.0) if rng.random() < 0.5 else standing_wedge(9.0, 7.0),)
-
-
-def _pyramid(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (pyramid(10.0, 9.0, 7.0),)
-
-
-def _cylinder(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (cylinder(9.0, 7.0),)
-
-
-def _corner(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (room_corner(14.0, 12.0, 8.0, 0.8),)
-
-
-def _table(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (table(14.0, 10.0, 9.0, thickness=0.8, leg=0.9),)
-
-
-def _chair(_: np.random.Generator) -> tuple[Solid, ...]:
-    return (chair(7.0, 7.0, 6.5, 6.5, thickness=0.7, leg=0.8),)
-
-
-def _printed_block(rng: np.random.Generator) -> tuple[Solid, ...]:
-    return (printed(cuboid(*BLOCK_SIZE, name="block"), int(rng.integers(2**31))),)
 
 
 def _scrap(rng: np.random.Generator) -> Solid:
@@ -169,22 +133,25 @@ def _clutter(rng: np.random.Generator) -> tuple[Solid, ...]:
     return tuple(clutter)
 
 
-_FIXED: Mapping[str, Callable[[np.random.Generator], tuple[Solid, ...]]] = {
-    "block": _block,
-    "empty": _empty,
-    "wedge": _wedge,
-    "pyramid": _pyramid,
-    "cylinder": _cylinder,
-    "corner": _corner,
-    "table": _table,
-    "chair": _chair,
-    "printed_block": _printed_block,
+_FIXED: Mapping[str, Callable[[np.random.Generator], Solid]] = {
+    "block": lambda _: cuboid(*BLOCK_SIZE, name="block"),
+    "wedge": lambda rng: wedge(10.0, 8.0) if rng.random() < 0.5 else standing_wedge(9.0, 7.0),
+    "pyramid": lambda _: pyramid(10.0, 9.0, 7.0),
+    "cylinder": lambda _: cylinder(9.0, 7.0),
+    "corner": lambda _: room_corner(14.0, 12.0, 8.0, 0.8),
+    "table": lambda _: table(14.0, 10.0, 9.0, thickness=0.8, leg=0.9),
+    "chair": lambda _: chair(7.0, 7.0, 6.5, 6.5, thickness=0.7, leg=0.8),
+    "printed_block": lambda rng: printed(
+        cuboid(*BLOCK_SIZE, name="block"), int(rng.integers(2**31))
+    ),
 }
 
 WORLDS: Mapping[str, Maker] = MappingProxyType(
     {
-        **{name: _as_it_is(make) for name, make in _FIXED.items()},
-        "clutter_block": with_clutter(_as_it_is(_block)),
+        "block": _keep_size(_FIXED["block"]),
+        "empty": lambda _: ((), 1.0),
+        **{name: _keep_size(make) for name, make in _FIXED.items()},
+        "clutter_block": with_clutter(_keep_size(_FIXED["block"])),
         **{name: _as_model(draw) for name, draw in VARIED.items()},
     }
 )

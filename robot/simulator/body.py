@@ -202,7 +202,7 @@ def pressed(contact: Contact | None, truth: Truth, front: int, rear: int) -> tup
 
 
 def _find_bumper_bit(angle: float, count: int) -> int:
-    """Of the segment at this angle of half a circle."""
+    """Return the bit of the segment at an angle of half a circle."""
     return 1 << min(int(angle / math.pi * count), count - 1) if count else 0
 
 
@@ -217,7 +217,7 @@ class Contacts:
 
     @property
     def stalled(self) -> bool:
-        """Whether both wheels are said to be stalled."""
+        """Whether both wheels are stalled."""
         return self._until is not None
 
     def stall(self, now: float, seconds: float = 0.0) -> None:

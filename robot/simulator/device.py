@@ -45,7 +45,7 @@ class SerialOut:
             self._bytes.append((self._free, byte))
 
     def arrived(self, now: float) -> bytes:
-        """What has arrived by `now`; each byte once."""
+        """Return the bytes that have arrived by `now`; each once."""
         taken = bytearray()
         while self._bytes and self._bytes[0][0] <= now:
             taken.append(self._bytes.popleft()[1])
@@ -65,7 +65,7 @@ class Slew:
 
     @classmethod
     def standing(cls, at: float) -> "Slew":
-        """An axis that stands still."""
+        """Return an axis at rest."""
         return cls(at, at, math.inf, 0.0)
 
     @property
@@ -85,5 +85,5 @@ class Slew:
         return Slew(self.at(now), target, speed, now)
 
     def stopped(self, now: float) -> "Slew":
-        """It stands where it is at `now`."""
+        """Return the axis at rest where it is at `now`."""
         return Slew.standing(self.at(now))

@@ -86,7 +86,7 @@ class Schedule:
         self._count = itertools.count()
 
     def add(self, at: float, fault: Fault) -> None:
-        """A fault to come; one with an end is ended too."""
+        """Add a fault to come, and its end if it has one."""
         heapq.heappush(self._heap, (at, next(self._count), fault))
         if fault.end is not None and fault.lasts is not None:
             heapq.heappush(self._heap, (at + fault.lasts, next(self._count), fault.end))
@@ -97,7 +97,7 @@ class Schedule:
         return self._heap[0][0] if self._heap else None
 
     def due(self, now: float) -> list[Fault]:
-        """Those whose time has come; each once."""
+        """Return the faults whose time has come; each once."""
         found = []
         while self._heap and self._heap[0][0] <= now:
             found.append(heapq.heappop(self._heap)[2])
@@ -137,7 +137,7 @@ class FaultyLine:
         return max(self._queue[0][0], self.frozen_until) if self._queue else None
 
     def pull(self, now: float) -> bytes:
-        """What has arrived by `now`; each byte once."""
+        """Return the bytes that have arrived by `now`; each once."""
         found = b""
         while (due := self.next_at) is not None and due <= now:
             found += self._queue.popleft()[1]

@@ -24,7 +24,7 @@ from facetlog.robot.simulator.world_file import WorldSetup, make_scene
 
 
 def make_head(kind: str) -> Device | None:
-    """A head of this kind at rest; None for `none`."""
+    """Return a head of this kind at rest; None for `none`."""
     match kind:
         case "sony-evi-d30":
             return SonyHead()

@@ -183,7 +183,7 @@ class Station:
         serve(self._live, self._robot, self._head, self._stop)
 
     def stop(self) -> None:
-        """Let `serve` end."""
+        """End `serve`."""
         self._stop.set()
 
     def close(self) -> None:

@@ -75,7 +75,7 @@ class Exposures:
         self._sharp: Image | None = None
 
     def expose(self, start: Viewpoint, end: Viewpoint) -> Image:
-        """The picture (H, W) of an exposure that began and ended at these viewpoints."""
+        """Render the picture (H, W) of an exposure between two viewpoints."""
         smear = measure_smear_px(self._camera, self._pose(start), self._pose(end))
         still = smear < STILL_PX
         picture = self._at_rest(self._pose(start)) if still else self._moving(start, end, smear)
@@ -132,12 +132,12 @@ def encode_setup(setup: WorldSetup) -> bytes:
 
 
 def encode_viewpoints(start: Viewpoint, end: Viewpoint) -> bytes:
-    """Where the camera was when an exposure began, and when it ended."""
+    """Encode where the camera was when an exposure began and ended."""
     return json.dumps([asdict(start), asdict(end)]).encode()
 
 
 def main(descriptor: int) -> None:
-    """Answer until the other side goes away."""
+    """Answer until the other side closes the connection."""
     cv2.setNumThreads(1)
     with Connection(descriptor) as line, suppress(EOFError, OSError):
         setup = TypeAdapter(WorldSetup).validate_json(line.recv_bytes())

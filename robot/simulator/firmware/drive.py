@@ -101,11 +101,11 @@ class Servo:
             self._turning, self._heading = 0.0, heading
 
     def stop(self) -> None:
-        """STOP: to a stand with the usual deceleration."""
+        """Stop with the usual deceleration (STOP)."""
         self._speed, self._way, self._turning, self._heading = 0.0, None, 0.0, None
 
     def emergency_stop(self) -> None:
-        """ESTOP: to a stand as fast as it can."""
+        """Stop as hard as possible (ESTOP)."""
         self.stop()
         self._emergency = True
 

@@ -17,11 +17,10 @@ from facetlog.robot.pioneer.packets.reports import (
     ServerInformation,
     TruePose,
 )
-from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pose2 import Pose2
-from facetlog.robot.simulator.body import STEP, Body, Sonars
+from facetlog.robot.simulator.body import STEP, Sonars
 from facetlog.robot.simulator.device import Device
-from facetlog.robot.simulator.firmware.drive import Drive, Odometry
+from facetlog.robot.simulator.firmware.drive import Drive
 from facetlog.robot.simulator.firmware.generations import (
     Generation,
     count_tail_fields,
@@ -83,10 +82,6 @@ class AuxPort:
         return packet
 
 
-def make_aux_ports() -> tuple[AuxPort, AuxPort, AuxPort]:
-    return AuxPort(Report.SERAUX), AuxPort(Report.SERAUX2), AuxPort(Report.SERAUX3)
-
-
 SENDING = {Command.TTY2: 0, Command.TTY3: 1, Command.TTY4: 2}
 REQUESTING = {Command.GETAUX: 0, Command.GETAUX2: 1, Command.GETAUX3: 2}
 SPEEDS = {Command.AUX1BAUD: 0, Command.AUX2BAUD: 1}
@@ -109,7 +104,7 @@ class Handshake:
     _next: int = field(default=0, init=False)
 
     def reset(self) -> None:
-        """Back to the beginning, as after CLOSE."""
+        """Expect SYNC0 again, as after CLOSE."""
         self._next = 0
 
     def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
@@ -129,67 +124,16 @@ class Handshake:
             return (), False
         if packet.kind == Report.SYNC0 or packet.kind in (self._next, self._next - 1):
             self._next = packet.kind + 1
-            return (self._echo(packet.kind),), False
+            known = packet.kind == Report.SYNC2
+            return (self.names.to_packet() if known else Packet(packet.kind),), False
         self.reset()
         return (Packet(Report.RESET_2),), False
-
-    def _echo(self, number: int) -> Packet:
-        return self.names.to_packet() if number == Report.SYNC2 else Packet(number)
 
 
 MOTORS_ON, FRONT_SONAR, REAR_SONAR, STOP_BUTTON = 1 << 0, 1 << 1, 1 << 2, 1 << 5
 """Bits of the flags (Pioneer 3 manual, table 8)."""
 LARGEST_I16 = 0x7FFF
 NO_TEMPERATURE = -127
-
-
-def make_motion_fields(
-    parameters: Parameters, body: Body, odometry: Odometry, commanded: float | None, bits: int
-) -> dict[str, int]:
-    """Place, heading, wheels' speeds and the commanded heading, as a SIP has them.
-
-    The place wraps around after so many `bits`; without a commanded heading the present one is
-    used.
-    """
-    mask = (1 << bits) - 1
-    half = body.turning * body.track / 2
-    aimed = odometry.heading if commanded is None else math.remainder(commanded, 2 * math.pi)
-    return {
-        "x": round(odometry.x / parameters.distance) & mask,
-        "y": round(odometry.y / parameters.distance) & mask,
-        "heading": _clip_to_i16(odometry.heading / parameters.angle),
-        "left": _clip_to_i16((body.speed - half) / parameters.speed),
-        "right": _clip_to_i16((body.speed + half) / parameters.speed),
-        "control": _clip_to_i16(aimed / parameters.angle),
-    }
-
-
-def flags(*, motors: bool, sonars: int, stop_button: bool) -> int:
-    """State bits of AROS and ARCOS; `sonars` is how many are switched on."""
-    return (
-        MOTORS_ON * motors
-        | FRONT_SONAR * (sonars > 0)
-        | REAR_SONAR * (sonars > 8)
-        | STOP_BUTTON * stop_button
-    )
-
-
-def tail(count: int, *, turning: float, battery_v: float, digital_out: int) -> dict[str, int]:
-    """The first `count` fields behind the sonar readings."""
-    known = {
-        "digital_in": 0xFF,
-        "digital_out": digital_out,
-        "battery_10": round(10 * battery_v),
-        "turning": _clip_to_i16(10 * math.degrees(turning)),
-        "temperature": NO_TEMPERATURE,
-    }
-    return {name: known.get(name, 0) for name, _ in TAIL[:count]}
-
-
-def encoders(body: Body, ticks_mm: int) -> Encoders:
-    """What both wheels' encoders have counted since power-on, in 32 bits."""
-    left, right = (round(1e3 * way * ticks_mm) for way in (body.left, body.right))
-    return Encoders(_wrap_to_i32(left), _wrap_to_i32(right))
 
 
 def _clip_to_i16(value: float) -> int:
@@ -239,7 +183,13 @@ class Firmware:
     sonars: Sonars
     position_bits: int = 15
     """After how many bits the odometry of a SIP rolls over."""
-    ports: tuple[AuxPort, AuxPort, AuxPort] = field(default_factory=make_aux_ports)
+    ports: tuple[AuxPort, AuxPort, AuxPort] = field(
+        default_factory=lambda: (
+            AuxPort(Report.SERAUX),
+            AuxPort(Report.SERAUX2),
+            AuxPort(Report.SERAUX3),
+        )
+    )
     battery_v: float = FULL_BATTERY_V
     baud: int = field(default=BAUD_RATES[0], init=False)
     """Of the line to the client, if it is a serial one."""
@@ -356,29 +306,45 @@ class Firmware:
                 self._say(self._streamed(command))
 
     def _sip(self, now: float) -> Packet:
-        drive, body = self.drive, self.drive.body
+        drive, body, odometry = self.drive, self.drive.body, self.drive.odometry
+        units = drive.parameters
         front, rear = drive.bumpers()
-        sonars = len(drive.parameters.sonars) if self.sonars.on else 0
-        state = flags(motors=drive.motors, sonars=sonars, stop_button=drive.stop_button)
+        sonars = len(units.sonars) if self.sonars.on else 0
+        mask = (1 << self.position_bits) - 1
+        half = body.turning * body.track / 2
+        aimed = drive.servo.heading
+        aimed = odometry.heading if aimed is None else math.remainder(aimed, 2 * math.pi)
+        flags = 0  # Before AROS, a servo's pulse width: no servo, no pulse.
+        if self._generation.reports_motors:
+            flags = (
+                MOTORS_ON * drive.motors
+                | FRONT_SONAR * (sonars > 0)
+                | REAR_SONAR * (sonars > 8)
+                | STOP_BUTTON * drive.stop_button
+            )
+        tail = {
+            "digital_in": 0xFF,
+            "digital_out": self._digital_out,
+            "battery_10": round(10 * self.battery_v),
+            "turning": _clip_to_i16(10 * math.degrees(body.turning)),
+            "temperature": NO_TEMPERATURE,
+        }
         report = ServerInformation(
+            x=round(odometry.x / units.distance) & mask,
+            y=round(odometry.y / units.distance) & mask,
+            heading=_clip_to_i16(odometry.heading / units.angle),
+            left=_clip_to_i16((body.speed - half) / units.speed),
+            right=_clip_to_i16((body.speed + half) / units.speed),
+            control=_clip_to_i16(aimed / units.angle),
             battery=min(round(10 * self.battery_v), 0xFF),
             stall_left=drive.contacts.stalled,
             stall_right=drive.contacts.stalled,
             front_bumpers=front,
             rear_bumpers=rear,
-            # Before AROS a servo's pulse width stands here: no servo, no pulse.
-            flags=state if self._generation.reports_motors else 0,
+            flags=flags,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
-            **make_motion_fields(
-                drive.parameters, body, drive.odometry, drive.servo.heading, self.position_bits
-            ),
-            **tail(
-                count_tail_fields(self._generation),
-                turning=body.turning,
-                battery_v=self.battery_v,
-                digital_out=self._digital_out,
-            ),
+            **{name: tail.get(name, 0) for name, _ in TAIL[: count_tail_fields(self._generation)]},
         )
         return report.to_packet(STOPPED if body.standing else MOVING)
 
@@ -462,6 +428,10 @@ class Firmware:
             pose = Pose2(truth.x, truth.y, truth.heading)
             return TruePose(pose).to_packet(cycle_ms, (errors.left, errors.right, errors.track))
         if command is Command.ENCODER:
-            return encoders(body, self.drive.configuration.ticks_mm or 0).to_packet()
+            ticks_mm = self.drive.configuration.ticks_mm or 0
+            left, right = (
+                _wrap_to_i32(round(1e3 * way * ticks_mm)) for way in (body.left, body.right)
+            )
+            return Encoders(left, right).to_packet()
         outputs = bytes([self._digital_out])
         return InputsOutputs(b"\xff", outputs, (0,) * ANALOG_INPUTS).to_packet()

@@ -55,12 +55,12 @@ def find_generation(model: str) -> Generation:
 
 
 def count_tail_fields(generation: Generation) -> int:
-    """How many fields follow the sonar readings in a SIP."""
+    """Return how many fields follow the sonar readings in a SIP."""
     return TAIL_LENGTHS[generation]
 
 
 def make_default_configuration(parameters: Parameters, name: str) -> Configuration:
-    """The CONFIG report of a robot of this model with its default settings."""
+    """Return the CONFIG report of this model with its default settings."""
     generation = find_generation(parameters.name)
     speed_top = min(SPEED_TOP, round(1e3 * parameters.speed_top))
     turning_top = min(TURNING_TOP, round(math.degrees(parameters.turning_top)))

@@ -81,7 +81,7 @@ class SonyMotion:
         return max(self._pan.end, self._tilt.end)
 
     def go_home(self, now: float) -> float:
-        """When it will look straight ahead."""
+        """Turn straight ahead; return when it is there."""
         return self.move(HOME, now)
 
     def drive(self, drive: Drive, now: float) -> None:
@@ -96,7 +96,7 @@ class SonyMotion:
             self._tilt = self._tilt.to(end, self._tilt_speed(drive.tilt_speed), now)
 
     def zoom_to(self, counts: int, now: float) -> float:
-        """When the zoom will be there."""
+        """Zoom to a position; return when it is there."""
         self._zoom = self._zoom.to(counts, self._zoom_speed(), now)
         return self._zoom.end
 
@@ -110,11 +110,11 @@ class SonyMotion:
             self._zoom = self._zoom.to(end, self._zoom_speed() * share, now)
 
     def stop(self, now: float) -> None:
-        """Pan and tilt stand where they are."""
+        """Stop pan and tilt where they are."""
         self._pan, self._tilt = self._pan.stopped(now), self._tilt.stopped(now)
 
     def stop_zoom(self, now: float) -> None:
-        """The zoom stays as it is."""
+        """Stop the zoom where it is."""
         self._zoom = self._zoom.stopped(now)
 
     def _pan_speed(self, step: int) -> float:

@@ -40,7 +40,7 @@ def bound(error: OSError, address: str, option: str) -> DeviceError:
 
 
 def listener(address: str, option: str) -> socket.socket:
-    """A socket that listens there and does not block; DeviceError if that cannot be."""
+    """Open a socket that listens there without blocking; DeviceError if it cannot."""
     host, port = split_host_and_port(address, option)
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
@@ -233,5 +233,5 @@ class PtyEndpoint:
         os.close(self._slave)
 
     def _speed(self) -> int | None:
-        """What the client has set for what it sends."""
+        """Return the baud rate that the client has set."""
         return BAUDS.get(termios.tcgetattr(self._slave)[OUTPUT_SPEED])
