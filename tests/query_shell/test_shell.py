@@ -10,9 +10,8 @@ import pytest
 from facetlog.errors import EngineError, FacetlogError, InputError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.asking import Outcome
-from facetlog.query_shell.batch import run_batch
 from facetlog.query_shell.commands import COMMANDS
-from facetlog.query_shell.lines import execute, run_line
+from facetlog.query_shell.lines import execute, run_batch, run_line
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.shell import Shell
 

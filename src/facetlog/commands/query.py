@@ -52,9 +52,8 @@ def query_command(
     """
     from facetlog.kb.limits import Limits
     from facetlog.query_shell.asking import Outcome
-    from facetlog.query_shell.batch import run_batch
     from facetlog.query_shell.goal_text import split_goals
-    from facetlog.query_shell.lines import run_line
+    from facetlog.query_shell.lines import run_batch, run_line
     from facetlog.query_shell.scene_files import scenes_and_goal
     from facetlog.query_shell.screen import Screen
     from facetlog.query_shell.session import Session

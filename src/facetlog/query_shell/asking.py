@@ -18,17 +18,6 @@ from facetlog.query_shell.session import Session
 from facetlog.query_shell.shown_terms import term_json
 from facetlog.query_shell.table import Table
 
-__all__ = [
-    "SCHEMA",
-    "Outcome",
-    "WaysToAll",
-    "error_json",
-    "outcome_of",
-    "show_answers",
-    "show_every_answer",
-    "write_answers",
-]
-
 SCHEMA = "facetlog-answers/1"
 
 BLOCK = 1000

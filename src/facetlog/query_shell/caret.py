@@ -5,8 +5,6 @@ from rich.cells import cell_len
 from facetlog.errors import QueryError
 from facetlog.query_shell.shown_terms import visible
 
-__all__ = ["WIDTH", "place_of", "underlined"]
-
 TAB = "    "
 
 WIDTH = 160

@@ -12,8 +12,6 @@ from facetlog.query_shell.facts_about import MORE, fact_lines
 from facetlog.query_shell.shell import Shell
 from facetlog.query_shell.words import described, nearest, summary
 
-__all__ = ["COMMANDS", "Command", "run_command"]
-
 SCHEMA = "facetlog-command/1"
 """What a command says, as JSON: its lines."""
 

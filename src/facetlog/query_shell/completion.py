@@ -15,8 +15,6 @@ from facetlog.query_shell.shell import Shell
 from facetlog.query_shell.shown_terms import shown
 from facetlog.query_shell.words import summary
 
-__all__ = ["Proposal", "hint_at", "proposals"]
-
 MOST = 200
 """Proposals at once: more nobody reads."""
 

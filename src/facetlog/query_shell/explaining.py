@@ -16,18 +16,6 @@ from facetlog.query_shell.session import Session
 from facetlog.query_shell.words import nearest
 from facetlog.terminal import printable
 
-__all__ = [
-    "About",
-    "Explanation",
-    "is_origin",
-    "nothing_near",
-    "origin",
-    "parts_given",
-    "unknown_subject",
-    "why",
-    "why_not",
-]
-
 WHY, WHY_NOT, ORIGIN = "facetlog-why/2", "facetlog-why-not/2", "facetlog-origin/1"
 
 _PART = re.compile(r"([^=()\s]+)=([^=()\s]+)")

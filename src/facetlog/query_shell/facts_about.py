@@ -11,8 +11,6 @@ from facetlog.query_shell.session import Session
 from facetlog.query_shell.table import Table
 from facetlog.query_shell.words import fact_signature, plain
 
-__all__ = ["MORE", "fact_lines"]
-
 MORE = "  … "
 """Begins the line that says how many facts of a kind were left out."""
 

@@ -10,21 +10,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = [
-    "COMMAND",
-    "Call",
-    "Goal",
-    "Token",
-    "TokenKind",
-    "call_at",
-    "calls",
-    "goals",
-    "is_complete",
-    "split_goals",
-    "tokens",
-    "variables",
-]
-
 # A goal that a file spreads over more lines than this is taken for one whose bracket was forgotten.
 MOST_LINES = 100
 

@@ -1,14 +1,14 @@
 """A line of the shell: goals, a command, or a question for reasons."""
 
 import re
+from collections.abc import Iterable
+from contextlib import suppress
 
 from facetlog.errors import FacetlogError
 from facetlog.query_shell.asking import Outcome, outcome_of
 from facetlog.query_shell.commands import run_command
-from facetlog.query_shell.goal_text import COMMAND, split_goals
+from facetlog.query_shell.goal_text import COMMAND, goals, split_goals
 from facetlog.query_shell.shell import Shell
-
-__all__ = ["execute", "run_line"]
 
 # These words begin a question of the shell, not of Prolog.
 _EXPLAIN = re.compile(r"(why_not|why-not|why)(?:\s+(?P<about>.*?))?[\s.]*", re.DOTALL)
@@ -42,3 +42,17 @@ def execute(shell: Shell, line: str) -> Outcome:
     for goal, _ in split_goals(text):
         outcome = shell.ask(goal)
     return outcome
+
+
+def run_batch(shell: Shell, lines: Iterable[str]) -> Outcome:
+    """Run the goals and commands of a file or pipe; return the worst fault, else the best outcome.
+
+    Report a faulty goal with the number of its line and go on with the others.
+    """
+    outcomes: list[Outcome] = []
+    with suppress(EOFError):  # :quit
+        for goal in goals(lines):
+            shell.line = goal.line
+            outcomes.append(run_line(shell, goal.text, where=f"line {goal.line}: "))
+    worst = max(outcomes, default=Outcome.YES)
+    return worst if worst > Outcome.NO else min(outcomes, default=Outcome.YES)

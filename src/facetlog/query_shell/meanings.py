@@ -14,8 +14,6 @@ from facetlog.perception.facts.fact_schema import (
 )
 from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls, tokens
 
-__all__ = ["Meaning", "counted_in", "height_notes", "length_unit", "meanings", "unit"]
-
 # measure(Measure, Value, Sd, Kind) of the vocabulary: the place of value and deviation.
 _MEASURE = ("measure", 4)
 

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from facetlog.regular_file import read_regular
 
-__all__ = ["Stamp", "stamp_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Stamp:

@@ -26,8 +26,6 @@ from facetlog.query_shell.lines import run_line
 from facetlog.query_shell.shell import Shell
 from facetlog.regular_file import check_regular
 
-__all__ = ["history_at", "history_path", "run_prompt"]
-
 PROMPT, CONTINUED = "?- ", "   "
 GREETING = "A goal, why MODEL, or :help. Tab completes, Ctrl-D leaves."
 

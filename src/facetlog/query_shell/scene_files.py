@@ -23,15 +23,6 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
     from facetlog.perception.shapes.shape_options import ShapeOptions
 
-__all__ = [
-    "SCENE_FILE",
-    "SceneFile",
-    "is_raw_shape",
-    "scene_file",
-    "scenes_and_goal",
-    "with_distinct_names",
-]
-
 SCENE_FILE = "scene.json"  # in a folder written by -o
 SUFFIX = ".json"
 

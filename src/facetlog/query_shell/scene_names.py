@@ -7,8 +7,6 @@ from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.fact_schema import ArgumentKind
 
-__all__ = ["kind_of", "names_of_kind", "scene_names"]
-
 # The fact that says that there is one, asked with N for its name.
 _GOALS = {
     ArgumentKind.FACE: "face(N)",

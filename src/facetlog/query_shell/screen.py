@@ -14,8 +14,6 @@ from facetlog.query_shell.caret import underlined
 from facetlog.query_shell.shown_terms import visible
 from facetlog.terminal import error_lines
 
-__all__ = ["Screen"]
-
 ERROR = "error: "
 
 

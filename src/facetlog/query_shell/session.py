@@ -21,8 +21,6 @@ from facetlog.terminal import error_lines
 if TYPE_CHECKING:
     from facetlog.perception.shapes.shape_options import ShapeOptions
 
-__all__ = ["Session"]
-
 Stamps: TypeAlias = dict[Path, Stamp | None]
 """Of all files that a model file was made from."""
 

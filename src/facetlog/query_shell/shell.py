@@ -33,8 +33,6 @@ from facetlog.query_shell.screen import Screen
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.words import all_words
 
-__all__ = ["MISSES", "Shell"]
-
 MISSES = 5
 """Near misses that why_not shows."""
 

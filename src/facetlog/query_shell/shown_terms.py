@@ -7,8 +7,6 @@ from typing import Any
 
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var, term_text
 
-__all__ = ["shown", "term_json", "visible"]
-
 # Names that need no quotation marks: words that begin with a small letter, symbols, and a few more.
 _PLAIN = re.compile(r"[^\W\d_A-Z]\w*|[-+*/\\^<>=~:.?@#&$]+|\[\]|!|;|\{\}")
 

@@ -15,8 +15,6 @@ from facetlog.kb.explaining.amounts import Unit, amount, suiting, with_unit
 from facetlog.query_shell.meanings import Meaning, unit
 from facetlog.query_shell.shown_terms import shown, visible
 
-__all__ = ["Table"]
-
 GAP = "  "
 
 SCENE = "Scene"

@@ -6,8 +6,6 @@ from difflib import get_close_matches
 from facetlog.kb.loading.words import Word
 from facetlog.perception.facts.fact_schema import FACT_KINDS, FACT_SCHEMA, FactKind
 
-__all__ = ["all_words", "described", "fact_signature", "nearest", "plain", "summary"]
-
 
 def all_words(known: Iterable[Word]) -> tuple[Word, ...]:
     """The words that the knowledge base knows, facts as the schema describes them first.
