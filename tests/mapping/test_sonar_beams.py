@@ -49,7 +49,7 @@ def test_echoes_of_a_session_lie_on_what_stands_before_the_robot(tmp_path: Path)
             station.stop()
             thread.join()
     start = Pose2(2.0, 3.0, math.pi / 2)
-    found = driven(tmp_path, (Run(began, ((began, start),)),))
+    found = driven(tmp_path, (Run(began, start),))
     assert found.radius > 0.2
     # Its front is at y = 3 + 1.2 in that world.
     ahead = [b for b in found.beams if abs(b.heading - math.pi / 2) < math.radians(20) and b.echo]
@@ -57,4 +57,4 @@ def test_echoes_of_a_session_lie_on_what_stands_before_the_robot(tmp_path: Path)
     for beam in ahead:
         assert beam.y + beam.range == pytest.approx(4.2, abs=0.06)
     assert all(0.0 < beam.range <= FARTHEST for beam in found.beams)
-    assert driven(tmp_path, (Run(began - 3600.0, ((began - 3600.0, start),)),)).beams == ()
+    assert driven(tmp_path, (Run(began - 3600.0, start),)).beams == ()
