@@ -62,7 +62,6 @@ def test_every_public_name_has_a_docstring(name: str) -> None:
     assert {m for m in members - said if not m.startswith("_")} == set()
 
 
-@pytest.mark.slow
 def test_examples_come_out_as_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     page = PAGES / "index.md"
