@@ -73,7 +73,7 @@ def test_examples_come_out_as_the_page_says(monkeypatch: pytest.MonkeyPatch) -> 
             block.text.replace("…", "..."), names, page.name, str(page), block.line
         )
         said: list[str] = []
-        runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+        runner = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)
         runner.run(example, out=said.append, clear_globs=False)
         assert said == []
         names = example.globs
