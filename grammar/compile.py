@@ -21,6 +21,7 @@ from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.terms import Atom, Clause, Struct, Text
+from facetlog.grammar.traversal import walk
 from facetlog.plain_text import plain_text
 
 _DIRECTIVE = re.compile(r"^:-[^.]*\.[ \t]*$", re.MULTILINE)
@@ -107,7 +108,7 @@ def _iter_referred(scope: Scope) -> Iterator[str]:
         if symbol.model:
             yield symbol.model
     for _, owned in scope.model.lines:
-        for node in s.walk(owned.node):
+        for node in walk(owned.node):
             if isinstance(node, s.Property) and node.name.text in scope.roles:
                 yield node.name.text
 

@@ -11,6 +11,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.constants import Constant, constant
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import Scope
+from facetlog.grammar.traversal import walk
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import Gives
 
@@ -46,7 +47,7 @@ def soft_share(node: s.Comparison, scope: Scope) -> float:
 
 def gives_count(node: s.Expression, scope: Scope) -> bool:
     """Whether a number of elements is in a measure: there is nothing between two and three."""
-    for inner in s.walk(node):
+    for inner in walk(node):
         if isinstance(inner, s.Call):
             word = scope.words.get(inner.name.text)
             if inner.name.text == "count" or (word is not None and word.gives is Gives.COUNT):

@@ -19,7 +19,7 @@ WIDTH = 100
 """Characters of a line; what has no place to be broken at may be longer."""
 
 HANGING = "    "
-"""What the further lines of a statement are indented by: more than statements, so that it shows."""
+"""Additional indentation of a statement's continuation lines."""
 
 # Words before an opening bracket that it is no argument list of.
 _BEFORE_BRACKET = frozenset(
@@ -53,7 +53,7 @@ def one_line(tokens: Sequence[Token]) -> str:
 
 
 def _iter_gaps(tokens: Sequence[Token]) -> Iterator[str]:
-    """What stands before each token."""
+    """Return the space before each token."""
     before: Token | None = None
     leads = False
     for token in tokens:
@@ -120,7 +120,7 @@ def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
 
 def _iter_breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
     """The places where a line may end and the statement go on: after commas, before `and`, `or`."""
-    # Of each bracket that is open: the `between`s whose `and` is still to come.
+    # For each open bracket: the number of `between`s whose `and` is still to come.
     pending = [0]
     for i, token in enumerate(tokens):
         depth = len(pending)

@@ -10,6 +10,7 @@ from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import NOWHERE, Source
+from facetlog.grammar.traversal import walk
 from facetlog.regular_file import read_regular
 
 BUILTIN = Path(__file__).resolve().parent.parent / "rules"
@@ -128,7 +129,7 @@ def _iter_models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
             yield model.parent.text
         yield from (other.text for other in model.rather_than)
         named = (x for x in model.statements if isinstance(x, _ASKING))
-        for node in (inner for one in named for inner in s.walk(one)):
+        for node in (inner for one in named for inner in walk(one)):
             if isinstance(node, s.Part | s.There):
                 yield node.kind.text
                 yield node.kind.text.removesuffix("s")

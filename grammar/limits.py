@@ -8,6 +8,7 @@ from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.fading import fades_over
 from facetlog.grammar.lint.claims import in_short
 from facetlog.grammar.scope import Scope, file_scope
+from facetlog.grammar.traversal import walk
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ def limits(analysis: Analysis) -> Iterator[Limit]:
     """The comparisons of the file that was analysed, in the order of its text."""
     source = analysis.file.source
     for scope, statement in _iter_statements(analysis):
-        for node in s.walk(statement):
+        for node in walk(statement):
             if isinstance(node, s.Comparison):
                 line, column = source.line_and_column(node.span.start)
                 place = f"{source.name}:{line}:{column}"

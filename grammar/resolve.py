@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar import traversal
 from facetlog.grammar.faults import Fault, Fix, respelling, said
 from facetlog.grammar.source import Source
 
@@ -125,7 +126,7 @@ class _Resolver:
         self,
         code: str,
         message: str,
-        node: s.Node,
+        node: traversal.Node,
         file: s.File,
         hint: str = "",
         fixes: tuple[Fix, ...] = (),

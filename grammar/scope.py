@@ -9,6 +9,7 @@ from facetlog.grammar.library import Library
 from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import NOWHERE, Span
+from facetlog.grammar.traversal import walk
 from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds, Word
 
 THIS = "this"
@@ -138,7 +139,7 @@ def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Express
     while waiting:
         one = waiting.pop()
         yield one
-        for inner in s.walk(one):
+        for inner in walk(one):
             if isinstance(inner, s.Name) and inner.text in scope.defines and inner.text not in seen:
                 seen.add(inner.text)
                 waiting.append(scope.defines[inner.text].node.body)
@@ -149,7 +150,7 @@ def names_in(node: s.Expression | None, scope: Scope) -> frozenset[str]:
     return frozenset(
         inner.text
         for one in conditions_in(node, scope)
-        for inner in s.walk(one)
+        for inner in walk(one)
         if isinstance(inner, s.Name)
     )
 

@@ -20,7 +20,6 @@ from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
-from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.isolated_process import IsolatedProcess
 from facetlog.kb.engine.leftovers import (
@@ -40,7 +39,7 @@ from facetlog.kb.explaining.sight import Sight, decode_sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
-from facetlog.kb.loading.builtin_rules import builtin_rules
+from facetlog.kb.loading.builtin_rules import BUILTIN_MODELS, builtin_rules
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.loaded import LoadedScene, RuleFile
 from facetlog.kb.loading.promised_facts import FactMaker
@@ -50,8 +49,6 @@ from facetlog.kb.loading.schema import declarations
 from facetlog.kb.loading.words import Word, decode_words
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
-
-BUILTIN_MODELS = tuple(sorted(path.stem for path in house("rules").glob("*.model")))
 
 _LOG = logging.getLogger(__name__)
 

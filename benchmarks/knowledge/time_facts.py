@@ -17,7 +17,7 @@ from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.shapes.time_mesh import table_mesh
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_columns, fact_rows, scene_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Body, Scene, SightLines
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.builders import build

@@ -24,13 +24,13 @@ from facetlog.errors import FacetlogError
 from facetlog.exploring.choice import beginning
 from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Interest, needs_of
+from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import open_models, recognize_views
 from facetlog.robot.collecting.next_stop import Chosen, Finished
 from facetlog.stream import Goal
-from facetlog.view_verdicts import ViewVerdict
 
 __all__ = [
     "NAME",

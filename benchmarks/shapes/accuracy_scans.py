@@ -22,7 +22,7 @@ from benchmarks.shapes.single_view import LONGEST_M, beyond_a_box, single_view
 from facetlog.batch.confusion import Proportion
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.perception.types import FloatArray

@@ -20,8 +20,8 @@ from facetlog.errors import FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.length_units import METRES_PER
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh

@@ -13,8 +13,8 @@ import shapely
 import trimesh
 from numpy.typing import NDArray
 
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 

@@ -12,8 +12,8 @@ from benchmarks.pictures.recognition import in_metres, tour_views
 from benchmarks.shapes.own_solids import block, joined
 from benchmarks.shapes.single_view import single_view
 from facetlog.perception.reading.read_views import ViewSet
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh

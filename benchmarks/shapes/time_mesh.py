@@ -15,7 +15,7 @@ from typing import Any
 import trimesh
 
 from benchmarks.common import Report, Row, Settings, Table
-from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
 __all__ = ["NAME", "measure", "table_mesh"]

@@ -11,6 +11,7 @@ from facetlog.grammar.faults import Fault, Fix, missing_unit, respelling, said
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.spoken import SPOKEN_WORDS, of_other_kind
+from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import UNITS, Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kind, Kinds, Word
 
@@ -47,7 +48,7 @@ DIMENSIONS = {
 }
 
 EVERY = frozenset(Kind)
-"""What the parameter of a definition may be, as long as nobody names it."""
+"""Kinds of a definition's parameter whose kind nothing determines."""
 
 
 def unit_hint(left: Dimension, right: Dimension) -> str:
@@ -78,7 +79,7 @@ class MeasureChecker(ABC):
         self.source = self.scope.model.source
 
     def fault(
-        self, code: str, message: str, node: s.Node, hint: str = "", fixes: tuple[Fix, ...] = ()
+        self, code: str, message: str, node: Node, hint: str = "", fixes: tuple[Fix, ...] = ()
     ) -> None:
         """Adds a fault of the model's own text."""
         self.faults.append(Fault(code, message, self.source, node.span, hint, fixes=fixes))
@@ -383,7 +384,7 @@ class MeasureChecker(ABC):
 
 def _find_sets(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:
     found: dict[str, SetSymbol] = {}
-    for inner in s.walk(node):
+    for inner in walk(node):
         owner = inner.owner if isinstance(inner, s.Member) else getattr(inner, "name", None)
         if isinstance(inner, s.Reference | s.Member) and owner is not None:
             symbol = names.get(owner.text) or scope.symbols.get(owner.text)

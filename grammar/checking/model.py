@@ -14,6 +14,7 @@ from facetlog.grammar.library import builtin_names
 from facetlog.grammar.reading.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.resolve import Owned, find_reachable
 from facetlog.grammar.scope import THIS, Local, PartSymbol, Scope, SetSymbol, names_in, part_kind
+from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import OPENING, THING
 
@@ -46,7 +47,7 @@ class Extents:
     def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
         """Size and depth of an expression."""
         size, deepest = 0, 0
-        waiting: list[tuple[s.Node, int]] = [(node, 1)]
+        waiting: list[tuple[Node, int]] = [(node, 1)]
         while waiting:
             one, depth = waiting.pop()
             size += 1
@@ -55,7 +56,7 @@ class Extents:
                 size += more
                 deepest = max(deepest, depth + deeper)
             deepest = max(deepest, depth)
-            waiting.extend((child, depth + 1) for child in s.children(one))
+            waiting.extend((child, depth + 1) for child in children(one))
         return size, deepest
 
     def _measure_definition(self, name: str, within: tuple[str, ...]) -> tuple[int, int]:
@@ -330,7 +331,7 @@ class _ModelChecker(ConditionChecker):
             self.type_of(define.body, unknown)
             self.defining = ()
 
-    def _check_extent(self, node: s.Expression, where: s.Node) -> bool:
+    def _check_extent(self, node: s.Expression, where: Node) -> bool:
         """Reports a condition that is too large or too deep; nothing else is then said of it."""
         why = self.extents.too_much(node)
         if why:

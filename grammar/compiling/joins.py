@@ -18,6 +18,7 @@ from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
 from facetlog.grammar.scope import THIS, PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
+from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING, Gives
 
 
@@ -85,11 +86,11 @@ def _find_parts(
 ) -> frozenset[str] | None:
     """The singular parts that a condition is about; None if it is about more than these."""
     found: set[str] = set()
-    waiting: list[tuple[s.Node, frozenset[str]]] = [(node, frozenset())]
+    waiting: list[tuple[Node, frozenset[str]]] = [(node, frozenset())]
     seen: set[str] = set()
     while waiting:
         one, parameters = waiting.pop()
-        for inner in s.walk(one):
+        for inner in walk(one):
             match inner:
                 case s.There() | s.Each() | s.EachOf() | s.Aggregate() | s.Member():
                     return None

@@ -18,6 +18,7 @@ from facetlog.grammar.compiling.writer import (
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
+from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.vocabulary import FACE, OPENING
 
 WEIGHTS = {"weakly": 0.10, "": 0.25, "strongly": 0.50}
@@ -42,7 +43,7 @@ def line_clauses(scope: Scope, shapes: Mapping[str, SetShape], writer_of: Writer
     return clauses
 
 
-def _quote_source(owned: Owned[s.Part] | Owned[s.Line], node: s.Node) -> str:
+def _quote_source(owned: Owned[s.Part] | Owned[s.Line], node: Node) -> str:
     """What the author wrote, in one line."""
     return _BLANK.sub(" ", owned.source.text[node.span.start : node.span.end])
 
@@ -67,7 +68,7 @@ def _compile_line(
         test = Struct("expect", (weight, test))
     says = _quote_source(owned, line.condition)
     reason = line.reason.value if line.reason else says
-    named = {n.text for n in s.walk(line.condition) if isinstance(n, s.Name)}
+    named = {n.text for n in walk(line.condition) if isinstance(n, s.Name)}
     yield from _write_condition(scope, label, reason, test, writer, _place(owned), says, named)
 
 
@@ -113,7 +114,7 @@ def _compile_part(
         says = _quote_source(owned, part)
         if part.reason is not None:
             says = says.removesuffix(f'"{part.reason.value}"').rstrip()
-        where = () if part.where is None else s.walk(part.where)
+        where = () if part.where is None else walk(part.where)
         named = {n.text for n in where if isinstance(n, s.Name)} | {name.text}
         reason = part.reason.value if part.reason else says
         yield from _write_condition(

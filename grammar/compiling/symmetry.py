@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
+from facetlog.grammar.traversal import Node, children
 
 PAIR = 2
 
@@ -92,10 +93,10 @@ def _sort_forms(forms: list[object]) -> tuple[object, ...]:
     return tuple(sorted(forms, key=repr))
 
 
-def _get_form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
+def _get_form(node: Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
     """A node without places; arguments of what is symmetric in one order."""
 
-    def inner(one: s.Node) -> object:
+    def inner(one: Node) -> object:
         return _get_form(one, symmetric, swap)
 
     match node:
@@ -149,7 +150,7 @@ def _get_form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, st
             return (
                 type(node).__name__,
                 getattr(node, "how", ""),
-                tuple(map(inner, s.children(node))),
+                tuple(map(inner, children(node))),
             )
 
 

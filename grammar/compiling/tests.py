@@ -30,6 +30,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
+from facetlog.grammar.traversal import walk
 from facetlog.grammar.vocabulary import OPENING, Kind, Kinds
 
 
@@ -234,7 +235,7 @@ class Writer(MeasureWriter):
 
     def _is_mentioned(self, node: s.Expression | None, names: frozenset[str]) -> bool:
         return node is not None and any(
-            isinstance(inner, s.Name) and inner.text in names for inner in s.walk(node)
+            isinstance(inner, s.Name) and inner.text in names for inner in walk(node)
         )
 
     def _write_each_of(self, node: s.EachOf) -> Term:

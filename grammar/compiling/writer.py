@@ -9,6 +9,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.constants import Constant, constant, quantity
 from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
+from facetlog.grammar.traversal import Node, walk
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, THING, VOCABULARY, Kind, Kinds
 
@@ -40,19 +41,19 @@ class Names:
         return Var(found)
 
     def copy(self) -> "Names":
-        """The same names, to which more can be added."""
+        """Return a copy to which names can be added."""
         other = Names()
         other._of = dict(self._of)
         other._taken = set(self._taken)
         return other
 
 
-# What the vocabulary calls the measures of a thing that share their names with those of faces.
+# Measures that exist for faces and for things: the vocabulary's names of those of things.
 _OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing_height"}
-# The words that are said of pieces and of others: of pieces by a name of their own, so that whoever
-# asks of faces alone need not know the pieces.
+# Words of pieces and of other parts. Those of pieces have names of their own in Prolog, so that a
+# model of faces alone does not compute pieces.
 _OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] > PIECE)
-# The words that are said of pieces and openings alike have one such name for both.
+# Words of pieces and openings, which share such a name.
 _IN_SPACE = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] == IN_SPACE)
 # How the middle of one thing is compared with that of another whose words have other names.
 _BY_ELEVATION = {"above": "at_least", "below": "at_most"}
@@ -60,7 +61,7 @@ _BY_ELEVATION = {"above": "at_least", "below": "at_most"}
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a name stands for in a clause: its term, kinds, and the model of an object."""
+    """The meaning of a name in a clause: its term, kinds, and the model if it is an object."""
 
     term: Term
     kinds: Kinds
@@ -142,7 +143,7 @@ class SetShape:
         return _join_variables(self.variables(names, self.symbol.name))
 
     def bound(self, names: Names) -> dict[str, Bound]:
-        """What the set's name, and its members' parts, stand for."""
+        """Return the meanings of the set's name and of its members' parts."""
         return self._bind(self.variables(names, self.symbol.name), self.symbol.name)
 
     def _bind(self, variables: tuple[Var, ...], name: str) -> dict[str, Bound]:
@@ -172,7 +173,7 @@ class SetShape:
         return Struct(self.word, (*variables, *needed))
 
     def implied(self, writer: "MeasureWriter", body: Term) -> Term:
-        """What must be so of each member, as far as it is one."""
+        """Return the condition that `body` holds if the element belongs to the set."""
         test = self.test(writer)
         return body if test == Struct("all", ((),)) else Struct("implies", (test, body))
 
@@ -197,7 +198,7 @@ def _join_variables(variables: tuple[Var, ...]) -> Term:
 def set_shapes(scope: Scope) -> dict[str, SetShape]:
     """The sets of a model by name."""
     model = scope.model
-    statements: list[s.Node] = [owned.node for _, owned in model.lines]
+    statements: list[Node] = [owned.node for _, owned in model.lines]
     statements += [owned.node for owned in model.parts]
     statements += [owned.node for owned in model.sizes]
     asked = _find_members_asked(statements)
@@ -228,14 +229,14 @@ def _is_search(node: s.Expression | None, scope: Scope) -> bool:
     return any(
         isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
         for one in conditions_in(node, scope)
-        for inner in s.walk(one)
+        for inner in walk(one)
     )
 
 
-def _find_members_asked(nodes: Iterable[s.Node]) -> dict[str, set[str]]:
+def _find_members_asked(nodes: Iterable[Node]) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for node in nodes:
-        for inner in s.walk(node):
+        for inner in walk(node):
             if isinstance(inner, s.Member):
                 found.setdefault(inner.owner.text, set()).add(inner.part.text)
     return found
@@ -419,7 +420,7 @@ class MeasureWriter:
     def _write_aggregate(self, node: s.Aggregate) -> Term:
         shape = next(
             self.shapes[inner.text]
-            for inner in s.walk(node.operand)
+            for inner in walk(node.operand)
             if isinstance(inner, s.Name) and inner.text in self.shapes
         )
         held = self.held(shape)
@@ -439,8 +440,8 @@ _NO_MORE: Mapping[Kinds, Struct] = {
     PIECE: Struct("whole", (Var("Thing"),)),
     OPENING: Struct("openings_known", (Var("Thing"),)),
 }
-"""Of what all that a thing has may be known, and the test that it is: a round leg has no face, but
-is a piece."""
+"""Kinds of parts of which all may be known, with the test that says so. Faces are not among them: a
+round leg has none, but is a piece."""
 
 
 def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:

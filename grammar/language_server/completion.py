@@ -27,8 +27,8 @@ from facetlog.grammar.source import Source
 from facetlog.grammar.units import UNITS
 from facetlog.grammar.vocabulary import Kind, Word
 
-# What is put where the cursor stands, so that the layout says to which statement it belongs. It is
-# no word that a statement begins with.
+# Placeholder at the cursor, so that the layout tells to which statement it belongs. No statement
+# begins with it.
 _CURSOR = "cursor_9f3a"
 
 
@@ -69,7 +69,7 @@ class Context:
 
 
 def context_at(text: str, offset: int) -> Context | None:
-    """What stands before a place; None within texts and comments."""
+    """Return the tokens before a position, or None inside texts and comments."""
     start = offset
     while start > 0 and (text[start - 1].isalnum() or text[start - 1] == "_"):
         start -= 1

@@ -29,7 +29,7 @@ def code(text: str) -> str:
 
 
 def word_documentation(word: Word) -> str:
-    """What a word of the vocabulary means, when a scene does not know it, who brought it."""
+    """Explain a word: its meaning, when it is unknown, and which file defines it."""
     lines = [f"{word.meaning[:1].upper()}{word.meaning[1:]}."]
     if word.low is not None or word.high is not None:
         bounds = [f"at least {word.low:g}" if word.low is not None else ""]
@@ -45,7 +45,7 @@ def word_documentation(word: Word) -> str:
 
 
 def unit_documentation(name: str) -> str:
-    """What a unit is; empty if there is none of the name."""
+    """Explain a unit; empty if there is none of the name."""
     unit = UNITS.get(name)
     if unit is None:
         return ""
@@ -59,7 +59,7 @@ def constant_value(let: s.Let, lets: Mapping[str, Owned[s.Let]]) -> str:
 
 
 def model_documentation(model: FlatModel) -> str:
-    """What a model says of itself."""
+    """Return the description of a model."""
     doc = model.written.doc
     return "" if doc is None else doc.value
 

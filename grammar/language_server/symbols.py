@@ -13,6 +13,7 @@ from facetlog.grammar.reading.layout import STATEMENT_WORDS, Layout, laid_out, p
 from facetlog.grammar.reading.parse import Readable
 from facetlog.grammar.scope import part_kind
 from facetlog.grammar.source import NOWHERE, Span
+from facetlog.grammar.traversal import Node, children
 from facetlog.grammar.vocabulary import PIECE
 
 
@@ -161,7 +162,7 @@ def _add_names(
             found.setdefault((kind, name.text), Home(path, name.span))
 
 
-# What `each`, `there` and parameters bring by name: the symbol, and the model if it is an object.
+# Local names (of `each`, `there` and parameters): the symbol, and the model if it is an object.
 Locals = Mapping[str, tuple[Symbol, str]]
 
 
@@ -326,13 +327,13 @@ class _Finder:
             case _:
                 self._find_inside(node, brought)
 
-    def _find_inside(self, node: s.Node, brought: Locals) -> None:
-        for child in s.children(node):
+    def _find_inside(self, node: Node, brought: Locals) -> None:
+        for child in children(node):
             if not isinstance(child, s.Name):
                 self._find_in_expression(child, brought)  # type: ignore[arg-type]
 
     def _find_range(self, of: Iterable[s.Name], brought: Locals) -> str:
-        """What a name goes through; returns the model of its objects."""
+        """Note the names that a local name ranges over; return the model of its objects."""
         model = ""
         for name in of:
             self._add_value(name, brought)

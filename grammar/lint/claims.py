@@ -9,6 +9,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
 from facetlog.grammar.source import Source
+from facetlog.grammar.traversal import Node
 from facetlog.grammar.units import Dimension
 
 Atom: TypeAlias = tuple[Hashable, ...]
@@ -212,7 +213,7 @@ class Claims:
                 yield claim, False
 
 
-def in_short(source: Source, node: s.Node) -> str:
+def in_short(source: Source, node: Node) -> str:
     """Return the text of a node on one line, cut where it is long."""
     text = " ".join(source.text[node.span.start : node.span.end].split())
     return text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"

@@ -22,8 +22,8 @@ from facetlog.grammar.vocabulary import THING, VOCABULARY
 SolidBound = tuple[Atom, Atom, float, bool]
 """The first is at least so many times the second; whether that is sure."""
 
-# Of one face, edge or thing: the first word's measure is at least the second's. The middle of a
-# face is as high as most of it in all but ragged shapes: not certain.
+# For one face, edge or thing the first measure is at least the second. The middle of a face is as
+# high as most of it in all but ragged shapes: not certain.
 _OF_ONE = (
     ("top_of", "elevation", True),
     ("elevation", "bottom_of", True),
@@ -35,7 +35,7 @@ _OF_ONE = (
     ("width", "thickness", True),
 )
 
-# Of a thing (its highest point) and what belongs to it.
+# The height of a thing is at least any height of its parts.
 _HIGHEST = ("top_of", "height")
 _HEIGHTS = ("top_of", "elevation", "bottom_of", "height", "clear_below")
 
@@ -237,7 +237,7 @@ def find_contradictions(claims: Claims, reported: set[Place]) -> Iterator[Fault]
             if factor * edge.factor <= 1 + EQUAL:
                 graph.add(edge)
                 continue
-            # Of values that may be zero a circle says only that they are.
+            # A circle of values that may be zero implies only that they are zero.
             around = {edge.greater, *(e.lesser for e in path), *(e.greater for e in path)}
             positive = any(n in claims.positive or _is_one(n) for n in around)
             certain = positive and all(e.sure for e in (edge, *path))
@@ -356,7 +356,7 @@ def find_repeats(claims: Claims, reported: set[Place]) -> Iterator[Fault]:
             k for k in (before.get(c.key) for c in group)
             if k is not None and (first.origin.if_known or not k.origin.if_known)
         ]  # fmt: skip
-        # Who belongs to a set is not superfluous because all members do it.
+        # A condition that defines a set is not superfluous if all its members meet it.
         if len(same) < len(group) or (first.origin.symbol and first.of_set):
             for claim in group:
                 if claim.origin.required:

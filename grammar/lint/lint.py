@@ -13,6 +13,7 @@ from facetlog.grammar.lint.reader import read_claims
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 from facetlog.grammar.source import Source, Span
+from facetlog.grammar.traversal import walk
 from facetlog.grammar.vocabulary import Gives
 
 
@@ -186,7 +187,7 @@ def _mark_used(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
 
 
 def _iter_references(node: s.Expression) -> Iterator[str]:
-    for inner in s.walk(node):
+    for inner in walk(node):
         match inner:
             case s.Reference(name):
                 yield name.text

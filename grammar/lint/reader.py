@@ -38,7 +38,7 @@ POSITIVE = frozenset(
 """Words whose measures are never zero: a face has an area, an edge a length."""
 
 Names = Mapping[str, str]
-"""What names stand for: `$top` a part or set, `?2` what `each` or `there` introduces."""
+"""Keys of names: `$top` of a part or set, `?2` of a name that `each` or `there` introduces."""
 
 
 def read_claims(scope: Scope, main: s.File, most: int) -> Claims | None:
@@ -321,7 +321,7 @@ class _Reader:
                 inner = self.measure(operand, names)
                 low, high = inner.interval(self.ranges)
                 if how == "sum":
-                    # Of any number of members, each at least and at most so much.
+                    # A sum of any number of members, each between low and high.
                     low, high = (0.0 if low >= 0 else -math.inf), (0.0 if high <= 0 else math.inf)
                 return self._add_atom((how, inner.key), inner.dimension, (low, high))
             case _:

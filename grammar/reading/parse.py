@@ -25,6 +25,7 @@ from facetlog.grammar.reading.layout import (
 from facetlog.grammar.reading.tree import TreeToSyntax
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.spoken import hint_of_phrase
+from facetlog.grammar.traversal import Node, children, moved
 
 # Words of the language that a misspelt word may be meant for. A word of two letters is like too
 # many others.
@@ -41,7 +42,7 @@ WORDS_TRIED = 12
 """Words before the fault that are tried as misspelt keywords."""
 
 MOST_WANTED = 8
-"""Of what might stand there, so much is listed."""
+"""Most alternatives that a message lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +115,7 @@ def _find_misspelt(
     return None if best is None else (best[1], best[2])
 
 
-# What terminals are called; several of one group are named once, by the group.
+# Names of terminals in messages; several of one group are named once, by the group.
 _GROUPS = {
     "a comparison (`= ... ± ...`, `at least`, `at most`, `between`, `about`, `is`)": {
         "EQUAL", "AT", "BETWEEN", "ABOUT", "IS",
@@ -162,7 +163,7 @@ class Readable:
     """The places where the statements stand that became syntax."""
 
     def __init__(self, file: s.File) -> None:
-        nodes: list[s.Node] = [*file.statements]
+        nodes: list[Node] = [*file.statements]
         for model in file.models:
             nodes += [model, *([] if model.doc is None else [model.doc]), *model.statements]
         # A model's own place begins behind its first word.
@@ -284,7 +285,7 @@ def _parse_statement(source: Source, statement: Statement, faults: list[Fault]) 
         )
         return None
     # The first word of a statement, which names its rule, belongs to it.
-    node = s.moved(node, statement.span.start)
+    node = moved(node, statement.span.start)
     return node if isinstance(node, s.Model | s.Text) else replace(node, span=statement.span)  # type: ignore[type-var]
 
 
@@ -309,7 +310,7 @@ def _measure_depth(node: object) -> int:
     while waiting:
         one, depth = waiting.pop()
         deepest = max(deepest, depth)
-        waiting.extend((child, depth + 1) for child in s.children(one))
+        waiting.extend((child, depth + 1) for child in children(one))
     return deepest
 
 

@@ -97,7 +97,7 @@ def _make_outcome(outcome: s.Outcome) -> Make:
 
 
 class TreeToSyntax:
-    """What each rule becomes, by its name or its alias."""
+    """Makes the node of each rule, by its name or its alias."""
 
     # -------------------------------------------------------- statements
 

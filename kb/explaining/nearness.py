@@ -3,7 +3,7 @@
 __all__ = ["NOISE_SDS", "Nearness", "nearness"]
 
 NOISE_SDS = 3.0
-"""What is within so many standard deviations may be an error of measurement."""
+"""Standard deviations within which a difference may be an error of measurement."""
 
 # Angles have no size to be compared with: 0 is no less than 90.
 RIGHT_ANGLE = 90.0

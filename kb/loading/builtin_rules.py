@@ -11,7 +11,9 @@ from pathlib import Path
 from facetlog.kb.engine.engine import house
 from facetlog.kb.loading.scene_cache import cache_folder, replace_file
 
-__all__ = ["builtin_rules"]
+__all__ = ["BUILTIN_MODELS", "builtin_rules"]
+
+BUILTIN_MODELS = tuple(sorted(path.stem for path in house("rules").glob("*.model")))
 
 MADE_FROM = ("rules/*.model", "rules/*.pl", "grammar/**/*.py")
 """Files that the compiled text follows from."""
@@ -29,19 +31,16 @@ def builtin_rules() -> Path:
     process. Several processes may make it at once: each file is there whole or not at all.
     """
     folder = _folder()
-    missing = [p for p in sorted(house("rules").glob("*.model")) if not _made(folder, p).is_file()]
+    missing = [name for name in BUILTIN_MODELS if not (folder / f"{name}.pl").is_file()]
     if missing:
         # To load the language and to compile all models takes half a second.
         from facetlog.grammar.analysis import analyse
         from facetlog.grammar.compile import compiled
 
-        for path in missing:
-            replace_file(_made(folder, path), compiled(analyse(path)).prolog.encode())
+        for name in missing:
+            model = analyse(house("rules") / f"{name}.model")
+            replace_file(folder / f"{name}.pl", compiled(model).prolog.encode())
     return folder
-
-
-def _made(folder: Path, model: Path) -> Path:
-    return folder / f"{model.stem}.pl"
 
 
 @cache

@@ -67,7 +67,7 @@ def _draw_box(image: ColourImage, frustum: Frustum, shown: ShownPiece, scale: fl
     outlines = [outline for outline in shown_sides if len(outline)]  # others are out of view
     if not outlines:
         return
-    # Of the picture only that part is looked at: it is small for most boxes.
+    # Only the part of the picture round the box is changed, which is small for most.
     corners_px = np.concatenate(outlines).reshape(-1, 2)
     left, top = (max(int(least), 0) for least in corners_px.min(axis=0))
     right, bottom = (max(int(most) + 1, 0) for most in corners_px.max(axis=0))

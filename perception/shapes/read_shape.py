@@ -25,7 +25,7 @@ from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.perception.types import FloatArray
 
 if TYPE_CHECKING:
-    from facetlog.perception.reading.shape_files.mesh_files import Mesh
+    from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 
 __all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
 
@@ -43,8 +43,8 @@ def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
 
 
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
-    from facetlog.perception.reading.shape_files.mesh_checks import NoTrianglesError
-    from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+    from facetlog.perception.reading.shape_files.meshes.mesh_checks import NoTrianglesError
+    from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
     from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
     try:
@@ -91,7 +91,7 @@ def _axis(up: FloatArray) -> str:
 
 
 def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
-    from facetlog.perception.reading.shape_files.cloud_files import read_cloud
+    from facetlog.perception.reading.shape_files.clouds.cloud_files import read_cloud
     from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 
     cloud = read_cloud(path)

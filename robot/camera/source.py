@@ -108,7 +108,7 @@ class LatestFrame:
             return self._taken(after)
 
     def complaint(self, since: int, timeout: float) -> DeviceTimeout:
-        """What to say where no frame could be taken; `since` was `count` before, s."""
+        """Return the error of a frame that was not taken; `since` was the `count` before."""
         with self._changed:
             return self._complaint(self._count - since, timeout)
 

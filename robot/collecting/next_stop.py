@@ -42,8 +42,6 @@ class Around:
     reach: Reach
     pace: Pace
     here: Pose2
-    body: float = 0.0
-    """The robot's radius, m."""
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
         """The views that can be taken from here, as view `number`."""
@@ -67,7 +65,6 @@ class Around:
             "closed": [[c.x, c.y, c.radius] for c in self.reach.closed],
             "pace": [self.pace.speed, self.pace.turning],
             "here": [self.here.x, self.here.y, self.here.heading],
-            "body": self.body,
             "mount": [list(mount.values), list(mount.sds)],
             "camera": [
                 *(camera.width, camera.height, camera.fx),
@@ -102,7 +99,6 @@ class Around:
                 reach,
                 Pace(*map(float, about["pace"])),
                 Pose2(*map(float, about["here"])),
-                float(about.get("body", 0.0)),
             )
         except (KeyError, TypeError, ValueError) as exc:
             raise InputError(

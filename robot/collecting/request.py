@@ -45,9 +45,9 @@ class Request:
     model: str | None = None
     baud: int | None = None
     chooser: Chooser | None = None
-    """Of what is explored: the tour has a target and no views."""
+    """Chooses the views of an exploration; the tour then has a target and no views."""
     until: str | None = None
-    """The goal of what is explored, in words."""
+    """The goal of the exploration, as the user gave it."""
 
 
 def read_earlier_views(request: Request) -> tuple[Taken, ...]:

@@ -159,7 +159,6 @@ def plan_rings(
     request: Request,
     reach: Reach,
     pace: Pace,
-    body: float,
     lines: Sequence[Mapping[str, object]] = (),
 ) -> Around:
     """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
@@ -182,7 +181,7 @@ def plan_rings(
     if any("explore" in line for line in lines):
         before = Around.recorded(lines)
         first = before.first if np.allclose(before.target, target) else first
-    return Around(target, radius, first, reach, pace, request.start, body)
+    return Around(target, radius, first, reach, pace, request.start)
 
 
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
@@ -269,7 +268,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         pace = Pace(robot.limits.speed, robot.limits.turning)
         around = None
         if request.chooser is not None:
-            around = plan_rings(request, reach, pace, radius, lines)
+            around = plan_rings(request, reach, pace, lines)
         about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()

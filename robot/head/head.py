@@ -89,7 +89,7 @@ class PanTiltHead(Protocol):
 
 
 Counts = tuple[int, ...]
-"""Of pan and tilt, or of the zoom: places in the device's own steps."""
+"""Positions of pan and tilt, or of the zoom, in the device's own steps."""
 
 POLL_S = 0.1
 """Between two inquiries, seconds: a robot with P2OS accepts one command in each of its cycles of

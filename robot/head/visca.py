@@ -273,7 +273,7 @@ READERS: Final[dict[bytes, Callable[[bytes], Command]]] = {
 
 
 ACK_BYTES: Final = 3
-"""Of an acknowledgement, and of a completion."""
+"""Length of an acknowledgement and of a completion."""
 ERROR_BYTES: Final = 4
 """The shortest answer to an inquiry is an error."""
 POWER_BYTES: Final = 4

@@ -38,7 +38,7 @@ class Cause(StrEnum):
     """Reports come again after a silence while the robot drove."""
     ODOMETRY = "odometry"
     SCALE = "scale"
-    """What the robot reports disagrees on its own scale."""
+    """The robot's reports disagree on their scale."""
     LOG = "log"
     CALLBACK = "callback"
 
@@ -49,7 +49,7 @@ class Problem:
 
     cause: Cause
     text: str
-    """What happened, and what to do where something can be done; one line."""
+    """The problem and the way out, if there is one, in one line."""
     at: float
     stopped: bool = False
     """Whether the robot was stopped for it."""
@@ -66,13 +66,13 @@ TOLERANCE = 0.15
 differ by more (0.485 against 0.84, 1.0), but for some by 2 to 15 %, whose poses are off by so
 much."""
 TURN_TOLERANCE = 0.35
-"""The same of headings, which a robot corrects by its gyro or for wheels that skid (some 25 %)."""
+"""Such a tolerance for headings, corrected by a gyro or for skidding wheels (some 25 %)."""
 LONGEST_STEP = 0.35
 """Seconds between two reports, beyond which the speed between them is not known."""
 REPORT_CYCLE = 0.1
 """Seconds by which speeds may lag behind positions."""
 APPROACH_TOLERANCE = 0.35
-"""The same of sonars: a wall at 40° across the way comes nearer by cos 40° of the way."""
+"""Such a tolerance for sonars: a wall at 40° across the way comes nearer by cos 40° of the way."""
 AHEAD = math.radians(15.0)
 """Sonars that look ahead: their range falls by 1 to 1.04 of the way."""
 STRAIGHT = math.radians(3.0)
@@ -85,7 +85,7 @@ STANDING_REPORTS = 5
 
 @dataclass(slots=True)
 class _Sums:
-    """What positions and what speeds say of one way, and how far the latter may be off."""
+    """One way by positions (`read`) and by speeds (`driven`), and the latter's possible error."""
 
     read: float = 0.0
     driven: float = 0.0

@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.connecting import BAUD_CODES
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
+from facetlog.robot.pioneer.opening import BAUD_CODES
 from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
@@ -361,4 +361,4 @@ class AuxLine:
         return data
 
     def close(self) -> None:
-        """Nothing: the line belongs to the robot's connection."""
+        """Do nothing: the robot's connection closes the line."""

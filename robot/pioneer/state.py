@@ -69,7 +69,7 @@ class OdometryCovariance:
         dx, dy = after.x - before.x, after.y - before.y
         turned = wrapped(after.heading - before.heading)
         way = math.hypot(dx, dy)
-        # Of the small motion that its errors act on: along the mean heading, forward or backward.
+        # The small motion that its errors act on: along the mean heading, forward or backward.
         middle = before.heading + turned / 2
         ahead = dx * math.cos(middle) + dy * math.sin(middle)
         # F = ∂(pose after) / ∂(pose before): a heading that is off swings the step round.

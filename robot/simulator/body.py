@@ -35,14 +35,14 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What is nearest: the gap to it in metres, and its direction in the world frame, radians."""
+    """The nearest obstacle: the gap to it in metres, and its direction in the world, radians."""
 
     gap: float
     direction: float
 
 
 class Surroundings(Protocol):
-    """What the robot may run into."""
+    """Obstacles that the robot may run into."""
 
     def nearest(self, x: float, y: float) -> Contact | None:
         """The nearest thing to the robot's circle about (x, y); None if there is none."""
@@ -66,8 +66,8 @@ class MotionErrors:
 
     @classmethod
     def usual(cls, *, skids: bool) -> "MotionErrors":
-        """Of a robot as it comes, on a hard floor (assumed); one whose wheels skid as it turns
-        turns less than they say, and slips more.
+        """Return the errors of a robot as delivered, on a hard floor (assumed). One whose wheels
+        skid turns less than they say, and slips more.
         """
         if skids:
             return cls(left=0.002, right=0.003, track=0.02, slip=0.004, encoder=0.001)
@@ -95,7 +95,7 @@ class Body:
     blocked: bool = False
     """Whether something kept it from going where its wheels drove it in the last step."""
     contact: Contact | None = None
-    """What it touches."""
+    """The obstacle that it touches."""
     _clear: float = field(default=0.0, init=False)
     """A lower bound of the distance to the nearest thing: no search before it is used up."""
 

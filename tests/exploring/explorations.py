@@ -11,6 +11,7 @@ import numpy as np
 from facetlog.commands.robot_words import early_end_line
 from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Lead, Needs, Open
+from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.mapping.sonar_beams import FARTHEST
 from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
@@ -28,7 +29,6 @@ from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
-from facetlog.view_verdicts import ViewVerdict
 from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot, FakeState
 
 TARGET = np.array([1.5, 0.0, 0.08])

@@ -10,12 +10,12 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.exploring.explorer import Explorer
+from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.record import Taken, read_record
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.pioneer.state import SonarRange
-from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import (
     FORBIDDEN,
     ROBOT,

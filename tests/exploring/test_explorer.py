@@ -10,6 +10,7 @@ import pytest
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest, Needs, Open
+from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.request import Request
@@ -20,13 +21,11 @@ from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.stream import Goal
-from facetlog.view_verdicts import ViewVerdict
 from tests.exploring.explorations import (
     DECIDED,
     FORBIDDEN,
     OPEN,
     REACH,
-    ROBOT,
     START,
     TARGET,
     Exploration,
@@ -253,10 +252,10 @@ def test_rings_of_a_record_keep_out_of_what_blocked_the_last_run(tmp_path: Path)
 def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path) -> None:
     tour = Tour("explore", (), TARGET)
     asked = Request("tcp:nobody", tour, tmp_path, None, None, DEFAULT_MOUNT, START)
-    began = plan_rings(asked, REACH, Pace(), ROBOT.radius)
+    began = plan_rings(asked, REACH, Pace())
     later = replace(asked, start=Pose2(2.9, 0.9, 2.0))
     lines = [{"explore": began.to_json()}]
-    resumed = plan_rings(later, REACH, Pace(), ROBOT.radius, lines)
+    resumed = plan_rings(later, REACH, Pace(), lines)
     assert resumed.first == began.first
     places = [
         {tuple(c.pose.centre.round(6).tolist()) for c in each.candidates(4)}
@@ -264,7 +263,7 @@ def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path
     ]
     assert places[0] == places[1]
     other = replace(later, tour=Tour("explore", (), TARGET + 0.1))
-    assert plan_rings(other, REACH, Pace(), ROBOT.radius, lines).first != began.first
+    assert plan_rings(other, REACH, Pace(), lines).first != began.first
 
 
 def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:

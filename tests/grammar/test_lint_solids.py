@@ -1,4 +1,4 @@
-"""What no solid can have."""
+"""Conditions that no solid can meet."""
 
 import re
 from pathlib import Path

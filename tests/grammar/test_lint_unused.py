@@ -1,4 +1,4 @@
-"""What is named and never used."""
+"""Names that are never used."""
 
 import pytest
 

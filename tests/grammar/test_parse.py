@@ -6,6 +6,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS
 from facetlog.grammar.reading.parse import LARGEST, parse
 from facetlog.grammar.source import Source
+from facetlog.grammar.traversal import walk
 
 
 def one(line: str) -> s.Statement:
@@ -163,7 +164,7 @@ def test_measures_of_every_form() -> None:
     assert isinstance(found.measure, s.Arithmetic)
     assert found.measure.sign == "/"
     assert isinstance(found.limit, s.Aggregate)
-    kinds = {type(n).__name__ for n in s.walk(found)}
+    kinds = {type(n).__name__ for n in walk(found)}
     assert {"Negative", "Share", "Member", "Call", "Quantity"} <= kinds
 
 
@@ -188,7 +189,7 @@ def test_examples_of_every_form() -> None:
 def test_every_node_knows_its_place() -> None:
     text = "model m\n  a: tilt(top) = 90 deg ± 5 deg, not x adjoins y   # why\n"
     line = parse(Source("m", text)).file.models[0].lines[0]
-    for node in s.walk(line):
+    for node in walk(line):
         written = text[node.span.start : node.span.end]
         assert written
         if isinstance(node, s.Name):

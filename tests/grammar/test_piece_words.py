@@ -16,6 +16,7 @@ from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.reading.layout import PIECE_WORDS
 from facetlog.grammar.reading.parse import GRAMMAR, parse
 from facetlog.grammar.source import Source
+from facetlog.grammar.traversal import walk
 from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
 
 LARK = Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
@@ -84,7 +85,7 @@ def _kinds_of_statement(line: str) -> list[str]:
     parsed = parse(Source("m", f"model m\n{line}"))
     assert parsed.faults == ()
     (node,) = parsed.file.models[0].statements
-    kinds = [n.kind for n in s.walk(node) if isinstance(n, s.Part | s.Each) and n.kind]
+    kinds = [n.kind for n in walk(node) if isinstance(n, s.Part | s.Each) and n.kind]
     return [k.text for k in kinds if k.text in PIECE_WORDS and not _is_counted(node)]
 
 

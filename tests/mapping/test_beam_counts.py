@@ -11,8 +11,8 @@ from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
 
-def _counts(**options: float) -> BeamCounts:
-    return BeamCounts((0.0, -2.0), 0.1, (40, 40), **options)
+def _counts() -> BeamCounts:
+    return BeamCounts((0.0, -2.0), 0.1, (40, 40))
 
 
 def _is(cells: object, x: float, y: float) -> bool:
@@ -36,28 +36,6 @@ def test_beams_that_go_on_narrow_the_arc_of_an_echo() -> None:
         counts.add(Beam(0.05, 0.05, math.radians(25.0), 3.0, False))
     assert not _is(counts.echoed, 1.5, 0.35)
     assert _is(counts.echoed, 1.55, 0.05)
-
-
-def test_an_echo_from_too_far_says_where_nothing_is_alone() -> None:
-    counts = _counts(farthest_echo=1.0)
-    counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
-    assert _is(counts.passed, 0.8, 0.05)
-    assert not counts.echoed.any()
-    assert _is(counts.echoed_afar, 1.55, 0.05)
-    counts.add(Beam(0.85, 0.05, 0.0, 0.7, True))
-    assert _is(counts.echoed, 1.55, 0.05)
-    assert not _is(counts.echoed_afar, 1.55, 0.05)
-
-
-def test_what_is_heard_anew_weighs_more_than_what_has_faded() -> None:
-    counts = _counts()
-    for _ in range(10):
-        counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
-    before = counts.echoed.copy()
-    counts.fade(0.05)
-    assert (counts.echoed == before).all()
-    counts.add(Beam(0.05, 0.05, 0.0, 3.0, False))
-    assert not _is(counts.echoed, 1.55, 0.05)
 
 
 def test_each_measurement_is_one_beam_from_where_its_sonar_is_in_the_world() -> None:

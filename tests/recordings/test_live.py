@@ -5,11 +5,11 @@ from typing import cast
 
 import pytest
 
-from facetlog.folder_judge import FolderJudge
+from facetlog.judging.folder_judge import FolderJudge
+from facetlog.judging.view_verdicts import ViewVerdicts
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.recordings.moments import Moment
-from facetlog.view_verdicts import ViewVerdicts
 from tests.recordings.collected import collection
 from tests.recordings.test_mcap_recording import messages
 

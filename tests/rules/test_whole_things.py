@@ -9,7 +9,7 @@ import trimesh
 
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 

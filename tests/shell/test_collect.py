@@ -15,12 +15,12 @@ from facetlog.cli import main
 from facetlog.commands.collect import _ProgressLines
 from facetlog.commands.collect_options import recorded_goal
 from facetlog.commands.robot_options import ended_by_signals
+from facetlog.judging.view_verdicts import ViewVerdict, ViewVerdicts
 from facetlog.perception.types import Pose
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.pose2 import Pose2
 from facetlog.stream import Goal
-from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
 EXPLORE = ("--explore", "--target", "1,2,0", "--keep-out", "0.5")

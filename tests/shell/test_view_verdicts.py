@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from facetlog.exploring.needs import Interest
+from facetlog.judging.view_verdicts import ViewVerdicts
 from facetlog.perception.types import Pose, View
 from facetlog.robot.recording import Format, write_views
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.view_verdicts import ViewVerdicts
 
 pytestmark = pytest.mark.slow
 
@@ -77,7 +77,7 @@ def test_of_questions_that_wait_only_the_newest_is_answered(tmp_path: Path) -> N
 KILLED = """
 import sys, time
 from pathlib import Path
-from facetlog.view_verdicts import ViewVerdicts
+from facetlog.judging.view_verdicts import ViewVerdicts
 if __name__ == "__main__":
     with ViewVerdicts(Path(sys.argv[1])) as verdicts:
         verdicts.ask(3)

@@ -17,8 +17,8 @@ class Settings:
     pictures alone hardly say where it is."""
 
     most_features: int = 4096
-    """Of a picture. With twice as many poses are no better, with half as many they are worse by two
-    fifths (docs/decisions.md)."""
+    """Features of a picture. Poses are no better with twice as many, and worse by two fifths with
+    half as many (docs/decisions.md)."""
 
     longest_side_px: int = 1600
     """To which larger pictures are reduced for features; the time is that of their pixels."""

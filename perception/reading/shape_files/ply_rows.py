@@ -16,11 +16,12 @@ from facetlog.perception.reading.shape_files.file_damage import (
     describe_inconsistency,
     describe_truncation,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_numbers, without_comments
-from facetlog.perception.reading.shape_files.text_decoding import (
+from facetlog.perception.reading.shape_files.file_text import (
     find_line_end,
+    parse_numbers,
     to_plain_bytes,
     without_bom,
+    without_comments,
 )
 from facetlog.perception.types import FloatArray
 

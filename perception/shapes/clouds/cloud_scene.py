@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_regions import cloud_regions
 from facetlog.perception.shapes.clouds.scan_sights import scan_sights

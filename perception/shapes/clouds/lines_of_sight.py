@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.polygons import make_polygon
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
 from facetlog.perception.shapes.regions.up_direction import Up

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import SightLines
 from facetlog.perception.types import FloatArray
 

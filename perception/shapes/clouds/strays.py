@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from facetlog.perception.reading.shape_files.point_cloud import LEAST_POINTS, Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import LEAST_POINTS, Cloud
 from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
 from facetlog.perception.shapes.regions.point_bodies import group_sizes
 from facetlog.perception.types import FloatArray

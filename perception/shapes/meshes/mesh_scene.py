@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices, by_group, group_sums
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh, sizes_of
 from facetlog.perception.shapes.meshes.covered_surface import Solids

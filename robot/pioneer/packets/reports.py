@@ -176,7 +176,7 @@ class TruePose:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "TruePose":
-        """What the packet says; PacketError if it ends before the pose does."""
+        """Decode a packet. Raise PacketError if it ends before the pose does."""
         data, at = packet.payload, 0
         for _ in range(TEXTS):
             at = data.find(b"\0", at) + 1
@@ -312,7 +312,7 @@ SONAR = struct.Struct("<BH")
 
 @dataclass(frozen=True, slots=True)
 class SonarReading:
-    """What one sonar measured: its number, and the range in the robot's unit."""
+    """One sonar's reading: its number, and the range in the robot's unit."""
 
     index: int
     range: int

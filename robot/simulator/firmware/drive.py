@@ -175,7 +175,7 @@ class Settings:
 
     @classmethod
     def of(cls, configuration: Configuration, generation: Generation) -> "Settings":
-        """Those that the robot starts with. Bumpers and stop button stall it from AROS on."""
+        """Return the settings at start. Bumpers and stop button stall the robot from AROS on."""
         turning = configuration.turning_max or 0
         return cls(
             speed_top=configuration.speed_top or 0,

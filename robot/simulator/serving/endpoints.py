@@ -32,7 +32,7 @@ def split_host_and_port(address: str, option: str) -> tuple[str, int]:
 
 
 def bound(error: OSError, address: str, option: str) -> DeviceError:
-    """What to say where nothing can listen at an address."""
+    """Return the error of an address at which nothing can listen."""
     if error.errno == errno.EADDRINUSE:
         return DeviceError(f"{address} is in use: end what listens there, or give another {option}")
     reason = os.strerror(error.errno) if error.errno else str(error)

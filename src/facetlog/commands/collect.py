@@ -61,12 +61,12 @@ from facetlog.terminal import error, note, warn
 
 if TYPE_CHECKING:
     from facetlog.exploring.explorer import Explorer
+    from facetlog.judging.view_verdicts import ViewVerdict, ViewVerdicts
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.request import Request
     from facetlog.robot.collecting.run import Collected
     from facetlog.robot.collecting.session import Ended
     from facetlog.stream import Goal
-    from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 __all__ = ["collect_command"]
 
@@ -216,8 +216,8 @@ def _judging(
     goal: "Goal | None" = None,
 ) -> "ViewVerdicts":
     """The process that judges and records; unusable models are refused before the robot moves."""
+    from facetlog.judging.view_verdicts import ViewVerdicts
     from facetlog.pipeline import open_models
-    from facetlog.view_verdicts import ViewVerdicts
 
     with open_models(models, trusted=trusted) as base:
         if goal is not None and goal.model not in base.models:

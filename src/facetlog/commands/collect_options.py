@@ -14,11 +14,11 @@ from facetlog.terminal import note
 
 if TYPE_CHECKING:
     from facetlog.exploring.explorer import Explorer
+    from facetlog.judging.view_verdicts import ViewVerdicts
     from facetlog.robot.collecting.next_stop import Chooser
     from facetlog.robot.collecting.route import Circle
     from facetlog.robot.collecting.tour_file import Tour
     from facetlog.stream import Goal
-    from facetlog.view_verdicts import ViewVerdicts
 
 __all__ = [
     "DEFAULT_MOST",
@@ -97,7 +97,7 @@ def recorded_goal(folder: Path) -> "Goal | None":
 
 
 def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Explorer":
-    """Who chooses, with the verdicts of the process that judges."""
+    """Return the explorer, which asks the judging process for verdicts."""
     from facetlog.exploring.explorer import Explorer
 
     return Explorer(verdicts.explored, goal=goal, most=most)

@@ -44,9 +44,9 @@ Trust = Annotated[
         "--trust", help="What you give is yours: models in Prolog are run, pictures anywhere."
     ),
 ]
-"""Who gives it answers for all files that are given: models may be in Prolog, which is run as a
-program (`KnowledgeBase.load_rules`), all are judged in this process, and poses files may name
-cameras, and pictures outside of their folder (`own_folder.py`). Else they may be a stranger's."""
+"""The user trusts all files given: models may be in Prolog, which is run as a program
+(`KnowledgeBase.load_rules`), all models are judged in this process, and poses files may name
+cameras and pictures outside of their folder (`own_folder.py`)."""
 
 
 def command(body: Callable[P, int]) -> Callable[P, None]:

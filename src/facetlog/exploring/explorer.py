@@ -6,53 +6,29 @@ is driven); the choice itself is a pure function (choice.py).
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from facetlog.errors import EngineError
 from facetlog.exploring.choice import Choice, beginning, choose, undecided
 from facetlog.exploring.needs import LEAST_TURNED, Interest, Needs
+from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Chosen, Finished
-from facetlog.robot.collecting.plan import Reach
+from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Around, Chosen, Finished
 from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate
 from facetlog.stream import Goal
-from facetlog.view_verdicts import ViewVerdict
 
-__all__ = ["Explorer", "Judge", "Vantages"]
+__all__ = ["Explorer", "Judge"]
 
 UNSETTLED = 0.05
 """Without a goal a name is settled that another would take the place of in one of twenty cases; and
 where none leads, a view that settles nothing in nineteen of twenty is not worth taking."""
 
 Judge: TypeAlias = Callable[[int, Interest], ViewVerdict]
-"""The verdict on the first so many views, with what is undecided of what is of interest."""
-
-
-class Target(Protocol):
-    """A target (3,), and the radius (m) within which a thing is it."""
-
-    @property
-    def target(self) -> FloatArray:
-        """What is looked at."""
-
-    @property
-    def radius(self) -> float:
-        """How far from the target a thing may be that is it."""
-
-
-class Vantages(Target, Protocol):
-    """A target, and the views of it that can be taken."""
-
-    @property
-    def reach(self) -> Reach:
-        """Mount, head and camera."""
-
-    def candidates(self, number: int) -> tuple[Candidate, ...]:
-        """The views that can be taken, as view `number`."""
+"""Return the verdict on the first views, with what is undecided about what is of interest."""
 
 
 class Explorer:
@@ -61,15 +37,8 @@ class Explorer:
     Without a goal everything that is asked is to be decided.
     """
 
-    def __init__(
-        self,
-        judge: Judge,
-        *,
-        goal: Goal | None = None,
-        most: int,
-        most_by: str = "--max-views allows",
-    ) -> None:
-        self._judge, self._goal, self._most, self._most_by = judge, goal, most, most_by
+    def __init__(self, judge: Judge, *, goal: Goal | None = None, most: int) -> None:
+        self._judge, self._goal, self._most = judge, goal, most
         self._before: Needs | None = None
         self._judged: tuple[int, ViewVerdict] | None = None
         self._excluded: tuple[str, ...] = ()
@@ -83,27 +52,25 @@ class Explorer:
         """The most views of the whole collection."""
         return self._most
 
-    def next_stop(
-        self, around: Vantages, taken: tuple[Taken, ...], number: int | None = None
-    ) -> Chosen | Finished:
-        """The next stop after the views `taken`, or why none; EngineError where nobody judges.
+    def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
+        """Return the next stop after the views `taken`, or why there is none.
 
-        `number` is that of the next view, of a collection that has other views too.
+        Raise EngineError if the judge has died.
         """
-        number = number or 1 + max((view.number for view in taken), default=0)
+        number = 1 + max((view.number for view in taken), default=0)
         places = [view.pose.centre for view in taken]
         if len(taken) < FEWEST_VIEWS:
             return self._begin(around.candidates(number), around.target, places)
         if self._judged is None:
-            self.recall(around, taken[:-1])
+            self._recall(around, taken[:-1])
         # The same number again: the way to the view that was chosen was blocked.
         again = self._judged is not None and self._judged[0] == len(taken)
-        needs, said = self.weigh(around, taken)
+        needs, said = self._weigh(around, taken)
         said = () if again else said
         if self.settled:
             return self._finished(f"{self._holds(needs)}{_rivals(needs)}", said)
         if len(taken) >= self._most:
-            most = f"there are {len(taken)} views, as many as {self._most_by}"
+            most = f"there are {len(taken)} views, as many as --max-views allows"
             return self._finished(most, said)
         candidates = around.candidates(number)
         cov = taken[-1].covariance
@@ -126,18 +93,13 @@ class Explorer:
         }
         return Chosen(choice.candidate.stop, line, (*said, *_words(choice)))
 
-    def recall(self, around: Target, taken: Sequence[Taken]) -> None:
-        """Takes up views that an earlier run judged: what they excluded, the next one may not
-        settle alone. EngineError where nobody judges.
-        """
+    def _recall(self, around: Around, taken: Sequence[Taken]) -> None:
+        """Judge an earlier run's views: what they excluded, the next one may not settle alone."""
         if len(taken) >= FEWEST_VIEWS:
             self._judged = len(taken), self._verdict(around, taken)
 
-    def weigh(self, around: Target, taken: Sequence[Taken]) -> tuple[Needs, tuple[str, ...]]:
-        """What is undecided after the views `taken`, three or more, and what is said of it.
-
-        EngineError where nobody judges.
-        """
+    def _weigh(self, around: Around, taken: Sequence[Taken]) -> tuple[Needs, tuple[str, ...]]:
+        """Return what is undecided after the views `taken`, three or more, and lines about it."""
         before, self._judged = self._judged, None
         if before is not None and before[0] == len(taken):
             verdict = before[1]
@@ -158,7 +120,7 @@ class Explorer:
         self.settled = self._is_settled(needs)
         return needs, said
 
-    def _verdict(self, around: Target, taken: Sequence[Taken]) -> ViewVerdict:
+    def _verdict(self, around: Around, taken: Sequence[Taken]) -> ViewVerdict:
         places = np.array([view.pose.centre for view in taken])
         verdict = self._judge(len(taken), Interest(around.target, around.radius, places))
         if verdict.fault and not verdict.views:

@@ -229,7 +229,7 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
 def _measured(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]":
     """The scene, and the views that it was reconstructed from if it was."""
     from facetlog.perception.reading.pose_files.register import find_poses, has_poses
-    from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
+    from facetlog.perception.reading.shape_files.clouds.colmap_model import find_colmap_model
     from facetlog.perception.scene import Scene
     from facetlog.perception.shapes.read_shape import ShapeOptions
     from facetlog.perception.shapes.read_shape import stated as as_stated

@@ -22,33 +22,18 @@ HALF_BEAM = math.radians(15.0)
 class BeamCounts:
     """Counts of beams in cells (rows, columns): `hits` that ended there, `passes` that went on.
 
-    `low` is the corner of cell (0, 0) in the world, `side` that of a cell, metres. Echoes from
-    farther away than `farthest_echo` (m) count apart, in `far`: their arc is too wide to say where
-    something is.
+    `low` is the corner of cell (0, 0) in the world, `side` that of a cell, metres.
     """
 
-    def __init__(
-        self,
-        low: tuple[float, float],
-        side: float,
-        shape: tuple[int, int],
-        *,
-        farthest_echo: float = math.inf,
-    ) -> None:
-        self._low, self._side, self._farthest_echo = np.array(low), side, farthest_echo
+    def __init__(self, low: tuple[float, float], side: float, shape: tuple[int, int]) -> None:
+        self._low, self._side = np.array(low), side
         self.hits: NDArray[np.float32] = np.zeros(shape, np.float32)
         self.passes: NDArray[np.float32] = np.zeros(shape, np.float32)
-        self.far: NDArray[np.float32] = np.zeros(shape, np.float32)
 
     @property
     def echoed(self) -> NDArray[np.bool_]:
         """The cells in which at least as many beams ended as passed."""
         return np.asarray((self.hits > 0) & (self.hits >= self.passes))
-
-    @property
-    def echoed_afar(self) -> NDArray[np.bool_]:
-        """The cells in which at least as many beams ended as passed, all of them from far away."""
-        return np.asarray((self.far > 0) & (self.hits == 0) & (self.far >= self.passes))
 
     @property
     def passed(self) -> NDArray[np.bool_]:
@@ -68,15 +53,7 @@ class BeamCounts:
         ended = at_end.view(np.bool_)
         self.passes += mask.view(np.bool_) & ~ended
         if beam.echo:
-            counted = self.hits if beam.range <= self._farthest_echo else self.far
-            counted += ended
-
-    def fade(self, share: float) -> None:
-        """Lets what was counted so far weigh a share (0..1) of what comes: of a cell that no beam
-        comes to any more nothing changes.
-        """
-        for counted in (self.hits, self.passes, self.far):
-            counted *= share
+            self.hits += ended
 
 
 def sector(beam: Beam, count: int) -> FloatArray:

@@ -20,19 +20,19 @@ from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.pipeline import Progress, Recognised
+    from facetlog.pipeline import Progress
 
-__all__ = ["RoomMap", "ScenePart", "map_of", "mapped_room", "part_of", "scene_part"]
+__all__ = ["RoomMap", "map_of"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ScenePart:
+class _ScenePart:
     """What one scene gives to a map: its things in the world, the ground that it shows, and when
     the views of each lattice were taken, where that is known (seconds since 1970).
     """
 
-    things: tuple[PlacedThing, ...] = ()
-    lattices: tuple[SeenLattice, ...] = ()
+    things: tuple[PlacedThing, ...]
+    lattices: tuple[SeenLattice, ...]
     times: tuple[tuple[float, ...], ...] = ()
 
 
@@ -69,7 +69,7 @@ def map_of(
     visits = [_visit(folder) for folder in dict.fromkeys(folders)]
     if not aligned:
         check_aligned(visits)
-    parts: list[ScenePart] = []
+    parts: list[_ScenePart] = []
     notes: list[str] = []
     names = _names(visits)
     for visit, name in zip(visits, names, strict=True):
@@ -80,23 +80,23 @@ def map_of(
             if progress is not None:
                 progress(f"scenes of {name}", number, len(sets))
             try:
-                part = scene_part(look, name, base)
+                part = _scene_part(look, name, base)
             except FacetlogError as exc:
                 notes.append(f"{visit.folder}: {exc}")
                 continue
             parts.append(part)
-    return mapped_room(visits, names, parts, side=side, notes=notes)
+    return _join_parts(visits, names, parts, side=side, notes=notes)
 
 
-def mapped_room(
+def _join_parts(
     visits: Sequence[Visit],
     names: Sequence[str],
-    parts: Sequence[ScenePart],
+    parts: Sequence[_ScenePart],
     *,
-    side: float = RESOLUTION,
-    notes: Iterable[str] = (),
+    side: float,
+    notes: Iterable[str],
 ) -> RoomMap:
-    """The map of visits, of which the scenes are there already."""
+    """Join the scenes of visits to a map."""
     there, clashes = merged(thing for part in parts for thing in part.things)
     beams = tuple(beam for visit in visits for beam in visit.driven.beams)
     timed = (zip(part.lattices, part.times, strict=True) for part in parts if part.times)
@@ -120,15 +120,11 @@ def mapped_room(
     )
 
 
-def scene_part(look: Look, visit: str, base: "KnowledgeBase") -> ScenePart:
-    """What the views of one place give to a map; FacetlogError where they make no scene."""
+def _scene_part(look: Look, visit: str, base: "KnowledgeBase") -> _ScenePart:
+    """Recognise what the views of one place show. Raise FacetlogError if they make no scene."""
     from facetlog.pipeline import recognize_views
 
-    return part_of(recognize_views(look.views, base=base, clock=StepClock()), look, visit)
-
-
-def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
-    """What the scene of one place gives to a map."""
+    found = recognize_views(look.views, base=base, clock=StepClock())
     errors, ground = look.errors, found.scene.seen_ground
     things = placed_things(
         found.scene,
@@ -138,10 +134,10 @@ def part_of(found: "Recognised", look: Look, visit: str) -> ScenePart:
         None if errors is None else errors.covariances,
     )
     if not look.times:
-        return ScenePart(things, ground)
+        return _ScenePart(things, ground)
     at = [look.times[name] for name in found.scene.views]
     when = min(at), max(at)
-    return ScenePart(
+    return _ScenePart(
         tuple(replace(thing, when=when) for thing in things),
         ground,
         tuple(tuple(at[view] for view in lattice.views) for lattice in ground),

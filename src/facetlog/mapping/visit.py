@@ -29,7 +29,6 @@ __all__ = [
     "Look",
     "Visit",
     "check_aligned",
-    "chosen_views",
     "grouped_views",
     "read_visit",
 ]
@@ -127,13 +126,13 @@ def grouped_views(visit: Visit) -> tuple[Look, ...]:
         if len(own) < FEWEST_VIEWS:
             continue
         name = found.name if len(groups) == 1 else f"{found.name}-{number}"
-        look = chosen_views(found, own, name)
+        look = _choose_views(found, own, name)
         looks.append(replace(look, times=times))
     return tuple(looks)
 
 
-def chosen_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
-    """Some of the views (indices), under a name."""
+def _choose_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
+    """Return some of the views (indices) under a name, their poses corrected by the pictures."""
     from facetlog.mapping.anchored import covariances_beside_first
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 

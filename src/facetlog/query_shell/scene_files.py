@@ -125,7 +125,7 @@ def is_raw_shape(path: Path) -> bool:
         return False
     # Loaded only now: scenes do without.
     if path.is_dir():
-        from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
+        from facetlog.perception.reading.shape_files.clouds.colmap_model import find_colmap_model
 
         return not (path / SCENE_FILE).exists() and find_colmap_model(path) is not None
     from facetlog.perception.shapes.shape_options import SUFFIXES, says_itself

@@ -104,7 +104,7 @@ class McapRecording:
         self._run: float | None = None
         self._sure = OdometryCovariance()
         self._views = 0
-        # What was known last: a viewer shows the last markers of a topic.
+        # The last scene and verdicts: a viewer shows the last markers of a topic.
         self._scene: Scene | None = None
         self._recognition: Recognition | None = None
         try:

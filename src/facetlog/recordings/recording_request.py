@@ -40,7 +40,7 @@ def record_collection(folder: Path, path: Path, base: "KnowledgeBase") -> int:
 
     Raise InputError if the folder holds no collection.
     """
-    from facetlog.folder_judge import FolderJudge
+    from facetlog.judging.folder_judge import FolderJudge
     from facetlog.robot.collecting.record import read_record
 
     _, views = read_record(folder)

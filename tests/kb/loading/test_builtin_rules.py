@@ -59,6 +59,7 @@ def test_a_changed_model_has_another_folder(
     model = tmp_path / "rules" / "slab.model"
     folders = set()
     monkeypatch.setattr(rules, "house", lambda name: tmp_path / name)
+    monkeypatch.setattr(rules, "BUILTIN_MODELS", ("slab",))
     for height in ("10 cm", "20 cm"):
         model.write_text(f'model slab\n  face top\n\n  low: height(top) at most {height} "low"\n')
         folders.add(builtin_rules())

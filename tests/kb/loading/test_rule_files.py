@@ -242,7 +242,7 @@ def test_no_text_of_a_model_becomes_a_goal(base: KnowledgeBase, tmp_path: Path) 
     ],
 )
 def test_compiled_clauses_call_harmless_words_alone(base: KnowledgeBase, clause: str) -> None:
-    """Whatever the compiler may come to write."""
+    """Clauses that a faulty compiler could write."""
     text = f'model(m, "", [a]).\n{clause}.\ncondition(m, c, "", _, [_], all([])).\n'
     request = term_text(Struct("rules", (Atom("never"), Atom("m.model"), text)))
     with pytest.raises(RuleSyntaxError, match="calls what it may not"):

@@ -1,5 +1,7 @@
-"""What tests mean: one definition, from the paper and docs/model-reference.md, that shares
-nothing with the program's."""
+"""Reference semantics of tests, from the paper and docs/model-reference.md.
+
+It shares no code with the program.
+"""
 
 from __future__ import annotations
 

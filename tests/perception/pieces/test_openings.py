@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.space.grid import Lattice

@@ -14,8 +14,8 @@ from facetlog.grammar.library import BUILTIN
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_rows
 from facetlog.perception.facts.levels.bounded import Bounded
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene, SightLines
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh

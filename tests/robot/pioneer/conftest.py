@@ -2,10 +2,10 @@
 
 import pytest
 
-from facetlog.robot.pioneer import connecting
+from facetlog.robot.pioneer import opening
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Listens for three reports of the scripted robot's, which come twice as fast."""
-    monkeypatch.setattr(connecting, "LISTEN", 0.17)
+    monkeypatch.setattr(opening, "LISTEN", 0.17)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from facetlog.robot.pioneer.connecting import Handshake, Opening, SetBaud
+from facetlog.robot.pioneer.opening import Handshake, Opening, SetBaud
 from facetlog.robot.pioneer.packets.commands import Command
 from facetlog.robot.pioneer.packets.packet import Decoder
 from tests.robot.pioneer.scripted import ScriptedRobot

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.connecting import BAUDS, Handshake
+from facetlog.robot.pioneer.opening import BAUDS, Handshake
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import Names
 from tests.robot.pioneer.lines import Line, answering

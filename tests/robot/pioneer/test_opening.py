@@ -7,7 +7,8 @@ from itertools import pairwise
 import pytest
 
 from facetlog.errors import DeviceTimeout
-from facetlog.robot.pioneer.connecting import Opening, connect_over
+from facetlog.robot.pioneer.connecting import connect_over
+from facetlog.robot.pioneer.opening import Opening
 from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.packets.reports import SIP_KINDS
 from tests.robot.pioneer.lines import Line, answering

@@ -45,14 +45,15 @@ CHANCE = 0.9
 # A view contradicts the others if not even this share of the way from chance to the usual is
 # reached, neither in what is explained nor in what is shown: foreign pictures reach a twentieth. On
 # ten rendered sets it was not chosen on (8 to 24 views; dark, bright) it named 102 of 108 foreign
-# pictures and gross poses, 8 of 14 that are turned by 2 or 5 degrees, and none of 132 right views;
-# on sets of six views, half of them parts of those it was chosen on, 23 of 30 and none of 48.
+# pictures and gross poses, 8 of 14 that are turned by 2 or 5 degrees, and none of 132 right views
+# (most of these before YARDSTICKS was introduced); on sets of six views, half of them parts of sets
+# that it was chosen on, 23 of 30 and none of 48.
 MIN_ABOVE_CHANCE = 0.2
 # Where much is explained by chance, as by the joints of a floor, a right view may be no better: one
 # of which half of the usual is explained is no contradiction.
 MOST_EXPLAINED = 0.5
-# Of so many other views it is tried what segments found without them explain, for that is the usual
-# by which a view is judged: of six views it is .3 to .4 where what they helped to find explains .6.
+# Number of other views that give the usual share by which a view is judged: the share of each that
+# segments found without it explain. With six views it is .3 to .4, with its own help .6.
 YARDSTICKS = 5
 
 

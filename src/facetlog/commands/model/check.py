@@ -130,16 +130,16 @@ def _written(
 
 
 def analysed(path: Path, text: str | None = None) -> "Analysis":
-    """What is known of a model file, or of standard input; `text` takes the place of its own."""
+    """Analyse a model file or standard input; `text` replaces the file's own."""
     from facetlog.grammar.analysis import analyse
 
     return analyse(path, stdin_text() if is_stdin(path) else text)
 
 
 def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault, ...]]":
-    """What is known of a model file, and its faults with those of the things its examples build.
+    """Analyse a model file; return its faults with those of the scenes that its examples build.
 
-    `text` takes the place of the file's own.
+    `text` replaces the file's own.
     """
     from facetlog.grammar import syntax as s
     from facetlog.grammar.example_scenes import all_faults, examples_of

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.source import Source
+from facetlog.grammar.traversal import Node
 
 __all__ = ["outline"]
 
@@ -16,10 +17,10 @@ def outline(file: s.File) -> Iterator[str]:
         yield from _outline(node, file.source, 0, "")
 
 
-def _outline(node: s.Node, source: Source, depth: int, role: str) -> Iterator[str]:
+def _outline(node: Node, source: Source, depth: int, role: str) -> Iterator[str]:
     line, column = source.line_and_column(node.span.start)
     plain: list[str] = []
-    inner: list[tuple[str, s.Node]] = []
+    inner: list[tuple[str, Node]] = []
     for field in fields(node):
         value = getattr(node, field.name)
         if field.name == "span" or value is None or value is False or value == ():

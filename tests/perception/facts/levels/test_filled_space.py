@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.levels.levels import GAP, closed
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Body, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.builders import build

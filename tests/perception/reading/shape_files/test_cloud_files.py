@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.cloud_files import CloudLimits, read_cloud
-from facetlog.perception.reading.shape_files.pcd_points import decompress_lzf
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.cloud_files import CloudLimits, read_cloud
+from facetlog.perception.reading.shape_files.clouds.pcd_points import decompress_lzf
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.types import FloatArray
 
 COUNT = 40

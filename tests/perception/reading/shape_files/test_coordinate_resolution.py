@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.cloud_files import read_cloud
+from facetlog.perception.reading.shape_files.clouds.cloud_files import read_cloud
 from facetlog.perception.reading.shape_files.coordinate_resolution import (
     check_degrees,
     check_resolution,
 )
-from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
 
 CORNERS = np.array([[x, y, z] for x in (0.0, 0.3) for y in (0.0, 0.2) for z in (0.0, 0.1)])
 

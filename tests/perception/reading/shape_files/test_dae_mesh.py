@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.types import FloatArray
 
 # An L of area 3 in the plane z = 0, and the corners of a hole of area .25 in it.

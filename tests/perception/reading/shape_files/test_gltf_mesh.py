@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.types import FloatArray
 

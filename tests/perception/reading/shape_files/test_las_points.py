@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.las_points import las_points
+from facetlog.perception.reading.shape_files.clouds.las_points import las_points
 
 POINTS = np.random.default_rng(0).normal(size=(40, 3))
 needs_laspy = pytest.mark.skipif(find_spec("laspy") is None, reason="laspy is not installed")

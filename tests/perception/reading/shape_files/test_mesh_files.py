@@ -10,7 +10,7 @@ import trimesh
 from trimesh.exchange import gltf, obj, off, ply, stl
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import (
+from facetlog.perception.reading.shape_files.meshes.mesh_files import (
     Limits,
     Mesh,
     NoTrianglesError,

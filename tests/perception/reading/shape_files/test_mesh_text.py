@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from trimesh.exchange import off, ply, stl
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 
 SIDES = (3.0, 2.0, 1.0)
 

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
 
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": None}
 BLOCK = np.array([(x, y, z) for x in (0.0, 3.0) for y in (0.0, 2.0) for z in (0.0, 1.0)])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.reading.shape_files.polygons import triangulate, triangulate_rings
+from facetlog.perception.reading.shape_files.meshes.polygons import triangulate, triangulate_rings
 from facetlog.perception.types import FloatArray
 
 U_SHAPE = [(0, 0), (5, 0), (5, 4), (4, 4), (4, 1), (1, 1), (1, 4), (0, 4)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.text_points import points_from_text
+from facetlog.perception.reading.shape_files.clouds.text_points import points_from_text
 from facetlog.perception.types import FloatArray
 
 ROWS = np.arange(40.0 * 6).reshape(40, 6)

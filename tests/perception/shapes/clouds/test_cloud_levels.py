@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray

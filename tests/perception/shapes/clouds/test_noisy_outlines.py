@@ -5,7 +5,7 @@ import pytest
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.flat_faces import vector_area
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.alpha_shape import covered_area
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.clouds.scan_sights import scan_sights
 from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json

@@ -6,7 +6,7 @@ import pytest
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.recognize import open_knowledge_base
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_regions import SENSOR_WITHIN
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud

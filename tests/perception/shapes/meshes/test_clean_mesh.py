@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles
 

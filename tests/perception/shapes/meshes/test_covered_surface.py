@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]

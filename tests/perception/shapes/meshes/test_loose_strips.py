@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes import mesh_scene
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh

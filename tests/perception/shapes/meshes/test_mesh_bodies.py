@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 

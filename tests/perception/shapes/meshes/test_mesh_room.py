@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 

@@ -10,7 +10,7 @@ from facetlog.errors import InputError
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.most_faces import MOST_FACES
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import MOST_OBJECTS, scene_of_mesh
 from facetlog.perception.surfaces.contacts import side_contacts

@@ -6,7 +6,7 @@ import trimesh
 
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
 SIZE = (0.4, 0.3, 0.25)

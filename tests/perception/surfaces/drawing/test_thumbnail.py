@@ -7,7 +7,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.drawing.thumbnail import contact_sheet, thumbnail

@@ -19,7 +19,7 @@ SECONDS, BYTES_PER_SECOND = 30, 1 << 20
 def main(path: Path) -> None:
     """Write the points of a file to the standard output, or end with the reason on the error."""
     _set_limits(path.stat().st_size)
-    from facetlog.perception.reading.shape_files.las_points import (
+    from facetlog.perception.reading.shape_files.clouds.las_points import (
         describe_fault,
         read_las_chunks,
     )

@@ -10,15 +10,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
-from facetlog.perception.reading.shape_files.point_table import (
+from facetlog.perception.reading.shape_files.clouds.point_table import (
     PointTable,
     columns_of,
     rows_from_binary,
     rows_from_text,
 )
-from facetlog.perception.reading.shape_files.range_image import find_camera_centre
-from facetlog.perception.reading.shape_files.text_decoding import (
+from facetlog.perception.reading.shape_files.clouds.range_image import find_camera_centre
+from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
+from facetlog.perception.reading.shape_files.file_text import (
     find_line_end,
     to_plain_bytes,
     without_bom,

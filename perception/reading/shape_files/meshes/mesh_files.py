@@ -14,20 +14,20 @@ from numpy.typing import ArrayLike
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
 from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
-from facetlog.perception.reading.shape_files.dae_mesh import read_dae
-from facetlog.perception.reading.shape_files.gltf_mesh import read_gltf
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.meshes.dae_mesh import read_dae
+from facetlog.perception.reading.shape_files.meshes.gltf_mesh import read_gltf
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     DEFAULT_LIMITS,
     Limits,
     NoTrianglesError,
     TriangleList,
     check_file,
 )
-from facetlog.perception.reading.shape_files.obj_mesh import read_obj
-from facetlog.perception.reading.shape_files.off_mesh import read_off
-from facetlog.perception.reading.shape_files.ply_mesh import read_ply
-from facetlog.perception.reading.shape_files.polygons import is_sound
-from facetlog.perception.reading.shape_files.stl_mesh import read_stl
+from facetlog.perception.reading.shape_files.meshes.obj_mesh import read_obj
+from facetlog.perception.reading.shape_files.meshes.off_mesh import read_off
+from facetlog.perception.reading.shape_files.meshes.ply_mesh import read_ply
+from facetlog.perception.reading.shape_files.meshes.polygons import is_sound
+from facetlog.perception.reading.shape_files.meshes.stl_mesh import read_stl
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Limits", "Mesh", "NoTrianglesError", "read_mesh"]

@@ -8,19 +8,19 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
     cut_polygons,
 )
+from facetlog.perception.reading.shape_files.meshes.polygons import strip_triangles
 from facetlog.perception.reading.shape_files.ply_rows import (
     PlyRows,
     parse_ply_header,
     read_ply_rows,
 )
-from facetlog.perception.reading.shape_files.triangle_strips import strip_triangles
 
 __all__ = ["read_ply"]
 

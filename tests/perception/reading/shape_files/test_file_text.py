@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.reading.shape_files.text_decoding import (
+from facetlog.perception.reading.shape_files.file_text import (
     decode_text,
     find_line_end,
     to_plain_bytes,

@@ -11,21 +11,22 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
-from facetlog.perception.reading.shape_files.dae_document import DaeDocument, parse_xml
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.meshes.dae_document import DaeDocument, parse_xml
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     merge_parts,
 )
-from facetlog.perception.reading.shape_files.polygons import (
+from facetlog.perception.reading.shape_files.meshes.polygons import (
     Triangulation,
+    fan_triangles,
+    strip_triangles,
     triangulate,
     triangulate_rings,
 )
-from facetlog.perception.reading.shape_files.skinning import skin_points
-from facetlog.perception.reading.shape_files.triangle_strips import fan_triangles, strip_triangles
+from facetlog.perception.reading.shape_files.meshes.skinning import skin_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["read_dae"]

@@ -17,8 +17,8 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.file_damage import describe_claim, describe_truncation
-from facetlog.perception.reading.shape_files.mesh_checks import Limits
-from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
+from facetlog.perception.reading.shape_files.file_text import to_plain_bytes
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import Limits
 from facetlog.perception.types import FloatArray
 
 __all__ = ["COMPRESSED", "GltfData", "is_compressed", "read_document"]

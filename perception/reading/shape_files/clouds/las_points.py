@@ -102,7 +102,7 @@ def read_las_chunks(path: Path) -> Iterator[FloatArray]:
 
 def _read_compressed(path: Path) -> FloatArray:
     """Read a LAZ in a process of its own: the decompressor aborts on damaged data."""
-    command = python_module("facetlog.perception.reading.shape_files.laz_process", str(path))
+    command = python_module("facetlog.perception.reading.shape_files.clouds.laz_process", str(path))
     with (
         tempfile.TemporaryFile() as errors,
         subprocess.Popen(

@@ -13,21 +13,21 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.grouped import Indices
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
-from facetlog.perception.reading.shape_files.gltf_data import (
+from facetlog.perception.reading.shape_files.meshes.gltf_data import (
     COMPRESSED,
     GltfData,
     is_compressed,
     read_document,
 )
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
     merge_parts,
 )
-from facetlog.perception.reading.shape_files.skinning import skin_points
-from facetlog.perception.reading.shape_files.triangle_strips import fan_triangles, strip_triangles
+from facetlog.perception.reading.shape_files.meshes.polygons import fan_triangles, strip_triangles
+from facetlog.perception.reading.shape_files.meshes.skinning import skin_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["read_gltf"]
@@ -119,7 +119,7 @@ class _Scene:
         self.shown: list[int] = []
         self.warnings: tuple[str, ...] = ()
         self.step = 0.0
-        """Of the coarsest part that was read: the distance of neighbouring coordinates."""
+        """Quantisation step of the coarsest part that was read; 0 if all are floats."""
         parents: dict[int, int] = {}
         for parent, node in enumerate(self.nodes):
             for child in node.get("children", ()):

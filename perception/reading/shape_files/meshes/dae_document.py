@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.file_damage import describe_claim
-from facetlog.perception.reading.shape_files.number_text import parse_numbers
+from facetlog.perception.reading.shape_files.file_text import parse_numbers
 from facetlog.perception.types import FloatArray
 
 __all__ = ["DaeDocument", "parse_xml"]

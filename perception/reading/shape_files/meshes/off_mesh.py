@@ -12,19 +12,19 @@ from facetlog.perception.reading.shape_files.file_damage import (
     describe_inconsistency,
     quote_line,
 )
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.file_text import (
+    parse_numbers,
+    parse_rows,
+    to_plain_bytes,
+    without_comments,
+)
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import (
-    parse_numbers,
-    parse_rows,
-    without_comments,
-)
-from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_off"]
 

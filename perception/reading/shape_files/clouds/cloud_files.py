@@ -10,18 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model, read_colmap
+from facetlog.perception.reading.shape_files.clouds.colmap_model import (
+    find_colmap_model,
+    read_colmap,
+)
+from facetlog.perception.reading.shape_files.clouds.las_points import las_points
+from facetlog.perception.reading.shape_files.clouds.pcd_points import read_pcd_points
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_table import NORMALS, PLACE
+from facetlog.perception.reading.shape_files.clouds.text_points import points_from_text
 from facetlog.perception.reading.shape_files.coordinate_resolution import (
     check_degrees,
     check_resolution,
 )
-from facetlog.perception.reading.shape_files.las_points import las_points
-from facetlog.perception.reading.shape_files.pcd_points import read_pcd_points
 from facetlog.perception.reading.shape_files.ply_rows import parse_ply_header, read_ply_rows
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
-from facetlog.perception.reading.shape_files.point_table import NORMALS, PLACE
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES
-from facetlog.perception.reading.shape_files.text_points import points_from_text
 
 __all__ = ["DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
 

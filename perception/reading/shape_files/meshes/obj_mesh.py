@@ -13,25 +13,25 @@ from facetlog.perception.reading.shape_files.file_damage import (
     describe_truncation,
     quote_line,
 )
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.file_text import (
+    parse_numbers,
+    parse_rows,
+    to_plain_bytes,
+    without_comments,
+)
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import (
-    parse_numbers,
-    parse_rows,
-    without_comments,
-)
-from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_obj"]
 
 # Corners are v, v/vt, v//vn or v/vt/vn.
 OTHER_INDICES = re.compile(rb"/[-+\d/]*")
 FREE_FORM = (b"curv", b"curv2", b"surf")
-# What uses vertices beside faces.
+# Elements other than faces that use vertices.
 LINES_AND_POINTS = (b"l", b"p")
 # Vertices after all that faces name: fewer, or a smaller share, are left over from editing.
 LEAST_LEFT = 4

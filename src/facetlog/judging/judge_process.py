@@ -15,18 +15,18 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError
-from facetlog.folder_judge import FolderJudge
-from facetlog.judge_questions import (
+from facetlog.judging.folder_judge import FolderJudge
+from facetlog.judging.judge_questions import (
     EndRecording,
     Explore,
     Judge,
     Opening,
     Question,
 )
+from facetlog.judging.view_verdicts import ViewVerdict, verdict_of
 from facetlog.pipeline import open_models
 from facetlog.recordings.on_scene import outlined
 from facetlog.recordings.recording_request import open_recording
-from facetlog.view_verdicts import ViewVerdict, verdict_of
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition

@@ -12,15 +12,14 @@ from facetlog.perception.reading.shape_files.file_damage import (
     describe_truncation,
     quote_line,
 )
-from facetlog.perception.reading.shape_files.mesh_checks import (
+from facetlog.perception.reading.shape_files.file_text import parse_rows, to_plain_bytes
+from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,
     NoTrianglesError,
     TriangleList,
     check_triangles,
     cut_polygons,
 )
-from facetlog.perception.reading.shape_files.number_text import parse_rows
-from facetlog.perception.reading.shape_files.text_decoding import to_plain_bytes
 
 __all__ = ["read_stl"]
 

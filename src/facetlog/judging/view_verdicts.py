@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from facetlog.errors import EngineError, FacetlogError
-from facetlog.judge_questions import EndRecording, Explore, Judge, Opening, Question
+from facetlog.judging.judge_questions import EndRecording, Explore, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.first_names import named
@@ -106,7 +106,7 @@ class _JudgeProcess:
         with theirs:
             descriptor = theirs.fileno()
             self.popen = subprocess.Popen(
-                python_module("facetlog.judge_process", str(descriptor)),
+                python_module("facetlog.judging.judge_process", str(descriptor)),
                 pass_fds=[descriptor],
                 stdin=subprocess.DEVNULL,
                 # Ctrl-C and Ctrl-Z end the collection; that process ends with it.

@@ -17,7 +17,7 @@ from facetlog.perception.reading.colmap_files import (
     colmap_pictures,
     text_lines,
 )
-from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.types import FloatArray
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
 

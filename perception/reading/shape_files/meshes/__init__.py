@@ -1,0 +1,1 @@
+"""Readers of meshes, one module for each format."""
