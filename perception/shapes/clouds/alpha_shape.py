@@ -26,6 +26,8 @@ LEAST_NOISE = 0.5
 # Density is smoothed by the noise, by so many spacings at least (28 points: good to a fifth), in
 # bins of a share of that, and compared with its mean over twice that.
 LEAST_SMOOTHING, DENSITY_BIN, AROUND = 1.5, 0.5, 2.0
+# A face of more bins, a thousand widths across, is changed by noise at its rim by less than .2 %.
+MOST_BINS = 4_000_000
 # At a straight rim blurred by noise density is half that of the inside, and so much of the mean
 # around (.5 / .8, by integration).
 RIM_DENSITY = 0.62
@@ -81,7 +83,10 @@ def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
     Noise carries points 3 sd beyond a face, and along another plane that passes through it; there
     are less than half as many there as on the face. `width` is what density is smoothed by.
     """
-    bins = np.floor((flat - flat.min(axis=0)) / (DENSITY_BIN * width)).astype(np.intp)
+    scaled = (flat - flat.min(axis=0)) / (DENSITY_BIN * width)
+    if np.prod(scaled.max(axis=0) + 1.0) > MOST_BINS:
+        return np.ones(len(flat), dtype=np.bool_)
+    bins = np.floor(scaled).astype(np.intp)
     counts = np.zeros(bins.max(axis=0) + 1)
     np.add.at(counts, tuple(bins.T), 1.0)
     density = ndimage.gaussian_filter(counts, 1.0 / DENSITY_BIN, mode="constant")

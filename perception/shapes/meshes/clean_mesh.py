@@ -55,8 +55,8 @@ class Surface:
     `size` is the diagonal. `links` (k, 2) are pairs of triangles that share an edge, wound alike;
     `link_edges` (k, 2) the ends of that edge. `sheets` (m,) number the triangles joined by such
     links, `bodies` (m,) those that share any corner; `closed` (m,) are triangles whose normal is
-    known to point out. Points were rounded to multiples of `step`, 0 where it
-    is not known. `warnings` say what was left out of the mesh called `name`.
+    known to point out. Points were rounded to multiples of `step`, 0 where it is not known.
+    `warnings` say what was left out of the mesh called `name`.
     """
 
     points: FloatArray

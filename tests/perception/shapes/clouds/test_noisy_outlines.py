@@ -1,5 +1,7 @@
 """Outlines of faces whose noise is wider than their points are apart."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,14 @@ def test_heights_count_from_a_floor_that_was_measured(share: float) -> None:
     top = max((name for name in heights if areas[name] > 0.5), key=lambda name: heights[name])
     assert heights[top] == pytest.approx(0.7, abs=0.01)
     assert widths[top] == pytest.approx(0.8, abs=0.02)
+
+
+def test_a_wide_ground_with_dense_noisy_points_takes_little_memory() -> None:
+    rng = np.random.default_rng(3)
+    near, far = rng.uniform(0.0, 0.14, (20_000, 2)), rng.uniform(-20.0, 20.0, (400, 2))
+    tracemalloc.start()
+    areas, _ = covered_area(np.concatenate([near, far]), np.full(20_400, 0.001), 0.002)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert areas[0].area == pytest.approx(0.14**2, rel=0.1)
+    assert peak < 1e9
