@@ -12,7 +12,7 @@ error, and then the rest.
 import logging
 import math
 from collections.abc import Callable
-from typing import Final, TypeVar
+from typing import TypeVar
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.byte_line import ByteLine
@@ -37,13 +37,18 @@ from facetlog.robot.head.canon import (
     parse_answer,
     position_of,
 )
-from facetlog.robot.head.head import Clock, Counts, HeadLimits, HeadState, wait_until_still
+from facetlog.robot.head.head import (
+    READ_ATTEMPTS,
+    Clock,
+    Counts,
+    HeadLimits,
+    HeadState,
+    ask_repeatedly,
+    wait_until_still,
+)
 
 T = TypeVar("T")
 
-READ_ATTEMPTS: Final = 5
-"""Attempts before the head counts as silent: where one byte in fifty is lost, five answers of
-fourteen bytes in a row are spoilt once in a thousand times."""
 REPLY_S = 1.0
 """Time-out of an answer, seconds: the head answers within 0.3 (ARIA, ArVCC4.h), and through the
 robot each step waits for its cycle of up to 0.1."""
@@ -66,27 +71,16 @@ class CanonLine:
         A command whose answer was lost is sent again, so it must be idempotent. DeviceTimeout if
         the head never answers, DeviceError if no answer can be decoded.
         """
-        fault: Exception | None = None
-        for attempt in range(READ_ATTEMPTS):
-            if attempt:
-                self._clock.sleep(QUIET_S)
+
+        def send() -> Answer:
             self._line.flush()
             self._line.send(encode_command(command, parameters))
-            try:
-                return self._answer(command, data)
-            except (DeviceTimeout, CanonSyntaxError) as exc:
-                if not isinstance(fault, CanonSyntaxError):
-                    fault = exc
-        if isinstance(fault, CanonSyntaxError):
-            raise DeviceError(
-                f"the camera head answers what cannot be read ({fault}): check that the line runs"
-                " at 9600 baud and that nothing else talks on it"
-            ) from fault
-        raise DeviceTimeout(
-            "the camera head does not answer: check that it has power, that its cable is in the"
-            " port that was named (of the robot: AUX1, AUX2 or AUX3), that it runs at 9600 baud,"
-            " and that the CTS line of its port (pin 2) is high"
-        ) from fault
+            return self._answer(command, data)
+
+        checks = ", that it runs at 9600 baud, and that the CTS line of its port (pin 2) is high"
+        return ask_repeatedly(
+            send, lambda: self._clock.sleep(QUIET_S), unreadable=CanonSyntaxError, checks=checks
+        )
 
     def _answer(self, command: CanonCommand, data: int) -> Answer:
         frame = self._line.receive(ACK_BYTES, REPLY_S)

@@ -8,11 +8,18 @@ well: the shortest possible answer first, then the rest.
 
 import math
 from collections.abc import Callable
-from typing import Final, TypeVar
+from typing import TypeVar
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.byte_line import ByteLine
-from facetlog.robot.head.head import Clock, Counts, HeadLimits, HeadState, wait_until_still
+from facetlog.robot.head.head import (
+    Clock,
+    Counts,
+    HeadLimits,
+    HeadState,
+    ask_repeatedly,
+    wait_until_still,
+)
 from facetlog.robot.head.sony_models import EVI_D30, SONY_MODELS, SonyModel
 from facetlog.robot.head.visca import (
     ACK_BYTES,
@@ -47,9 +54,6 @@ from facetlog.robot.head.visca import (
 
 T = TypeVar("T")
 
-READ_ATTEMPTS: Final = 5
-"""Attempts before the head counts as silent: where one byte in fifty is lost, five answers of
-eleven bytes in a row are spoilt once in three thousand times."""
 REPLY_S = 1.0
 """Time-out of an answer, seconds: a head takes a picture's time (17 ms) and the bytes at 9600 baud
 12 ms; through the robot each step waits for its cycle of up to 100 ms."""
@@ -143,26 +147,13 @@ class ViscaLine:
         return parse_reply(data, self._address)
 
     def _persist(self, command: Command, answer: Callable[[], T]) -> T:
-        fault: Exception | None = None
-        for attempt in range(READ_ATTEMPTS):
-            if attempt:
-                self.pause()
+        def send() -> T:
             self._line.flush()
             self._line.send(to_bytes(command, self._address))
-            try:
-                return answer()
-            except (DeviceTimeout, ViscaSyntaxError) as exc:
-                if not isinstance(fault, ViscaSyntaxError):
-                    fault = exc
-        if isinstance(fault, ViscaSyntaxError):
-            raise DeviceError(
-                f"the camera head answers what cannot be read ({fault}): check that the line runs"
-                " at 9600 baud and that nothing else talks on it"
-            ) from fault
-        raise DeviceTimeout(
-            "the camera head does not answer: check that it has power, that its cable is in the"
-            " port that was named (of the robot: AUX1, AUX2 or AUX3), and that it runs at 9600 baud"
-        ) from fault
+            return answer()
+
+        checks = ", and that it runs at 9600 baud"
+        return ask_repeatedly(send, self.pause, unreadable=ViscaSyntaxError, checks=checks)
 
 
 ATTEMPTS = 3
