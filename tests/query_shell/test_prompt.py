@@ -140,7 +140,7 @@ def test_goals_are_answered_and_remembered(scene: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ctrl_c_stops_a_question_within_a_second(terminal: Terminal) -> None:
+def test_ctrl_c_stops_a_question(terminal: Terminal) -> None:
     terminal.keys("between(1, inf, X), X < 0\r")
     terminal.until("X < 0")
     time.sleep(0.5)
