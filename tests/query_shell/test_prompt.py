@@ -24,7 +24,7 @@ from tests.patience import allowed
 
 from .scenes import write_block
 
-SECONDS = 10.0
+SECONDS = 120.0
 SIZE = struct.pack("HHHH", 40, 100, 0, 0)
 WHERE = b"\x1b[6n"  # asks the terminal where the cursor is
 READY = ":help explains"  # the hint line, drawn when keys are awaited
