@@ -19,7 +19,7 @@ _LACKING = frozenset({"no-parts", "no-lines"})
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What is known of a model file.
+    """The result of reading and checking a model file.
 
     `models` are those of the file itself, with what they inherit; `all_models` also those that it
     may name, and `scopes` what each may name. `words` is the vocabulary with the user's own words.

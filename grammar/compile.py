@@ -29,7 +29,7 @@ _DIRECTIVE = re.compile(r"^:-[^.]*\.[ \t]*$", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What a model file becomes.
+    """The Prolog program of a model file.
 
     `needs` are the other model files, besides the built-in ones, whose models these ask about: they
     must be loaded too. `own_words` are the Prolog files with words of the user's own, whose clauses
@@ -62,7 +62,7 @@ class Program:
 
 
 def compiled(analysis: Analysis) -> Program:
-    """The program of a file's models.
+    """Return the program of a file's models.
 
     Raises RuleSyntaxError, with all faults, if the file has errors.
     """
@@ -82,7 +82,7 @@ def compiled(analysis: Analysis) -> Program:
 
 
 def _group_by_predicate(clauses: list[Clause]) -> list[Clause]:
-    """Clauses of one predicate stand together; otherwise in the order in which they were made."""
+    """Return clauses with those of one predicate together, otherwise in the order of making."""
     order: dict[tuple[str, int], list[Clause]] = {}
     for clause in clauses:
         order.setdefault((clause.head.functor, len(clause.head.args)), []).append(clause)
@@ -90,7 +90,8 @@ def _group_by_predicate(clauses: list[Clause]) -> list[Clause]:
 
 
 def _find_needs(analysis: Analysis) -> tuple[Path, ...]:
-    """The files of the models that this file's models ask about, and that are not built in."""
+    """Return the files of the models that this file's models ask about, and that are not built
+    in."""
     files = {
         model.name.text: path
         for path, file in analysis.library.files.items()

@@ -24,7 +24,8 @@ class Constant:
 
 
 def quantity(node: s.Quantity) -> Constant | None:
-    """What a number with its unit is; None if there is no such unit or it is too large."""
+    """Return the value of a number with its unit; None if the unit is unknown or it is too
+    large."""
     unit = UNITS.get(node.unit.text) if node.unit else None
     if node.unit is not None and unit is None:
         return None
@@ -49,7 +50,7 @@ def constant(
     lets: Mapping[str, Owned[s.Let]],
     known: dict[str, Constant | None] | None = None,
 ) -> Constant | None:
-    """The value of an expression without measures; None if it is not constant or not sound.
+    """Return the value of an expression without measures; None if it is not constant or not sound.
 
     `known` holds the constants that were worked out: each is, once.
     """
@@ -101,7 +102,7 @@ def _combine(sign: str, left: Constant, right: Constant) -> Constant | None:
 
 
 def combined_dimension(sign: str, left: Dimension, right: Dimension) -> Dimension | None:
-    """The dimension of two measures joined by a sign, None if they cannot be."""
+    """Return the dimension of two measures joined by a sign, None if they cannot be."""
     number, length, area = Dimension.NUMBER, Dimension.LENGTH, Dimension.AREA
     if sign in "+-":
         return left if left is right else None

@@ -21,14 +21,14 @@ _AS_WRITTEN = {Dimension.LENGTH: "40 cm", Dimension.ANGLE: "90 deg", Dimension.N
 
 
 def examples_of(analysis: Analysis) -> Iterator[tuple[s.Model, s.Example]]:
-    """The examples of the file itself and their models, in the order of the text."""
+    """Iterate over the examples of the file itself and their models, in the order of the text."""
     for model in analysis.file.models:
         for example in model.examples:
             yield model, example
 
 
 def all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
-    """The faults of a file with those of the things that its examples build.
+    """Return the faults of a file with those of the things that its examples build.
 
     Those of the file itself come first, each file's in the order of its text.
     """
@@ -41,7 +41,7 @@ def all_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
 
 
 def scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
-    """What is wrong with the things that the examples of the file build.
+    """Find the faults of the things that the examples of the file build.
 
     Quantities that are none are the checker's.
     """
@@ -93,7 +93,7 @@ def _unit_faults(
 
 
 def sizes_si(scene: s.SceneBuilt) -> dict[str, float]:
-    """The sizes that are given, in metres, radians or ones; of a scene without faults."""
+    """Return the sizes that are given, in metres, radians or ones; of a scene without faults."""
     return {
         setting.name.text: math.radians(size.value)
         if size.dimension is Dimension.ANGLE

@@ -28,15 +28,17 @@ _UNITS = {Dimension.LENGTH: " m", Dimension.AREA: " m2", Dimension.ANGLE: " deg"
 
 
 def default_share(lets: Mapping[str, Owned[s.Let]]) -> float:
-    """The share of its limits over which a model with these constants fades to either side."""
+    """Return the share of its limits over which a model with these constants fades to either
+    side."""
     let = lets.get(FADING)
     value = None if let is None else constant(let.node.value, lets)
     return SHARE if value is None else value.value
 
 
 def soft_share(node: s.Comparison, scope: Scope) -> float:
-    """The share over which a comparison fades about its limits; 0 of one that says how, or that
-    counts."""
+    """Return the share over which a comparison fades about its limits; 0 of one that says how, or
+    that counts.
+    """
     exact = node.comparator is s.Comparator.EQUAL and node.second is None
     if node.sharp or node.fading is not None or node.comparator is s.Comparator.ABOUT or exact:
         return 0.0
@@ -56,7 +58,7 @@ def gives_count(node: s.Expression, scope: Scope) -> bool:
 
 
 def fades_over(node: s.Comparison, scope: Scope) -> str:
-    """From where to where a comparison fades, in words: numbers where its limits are constants."""
+    """Describe the range over which a comparison fades, in numbers where limits are constant."""
     share = soft_share(node, scope)
     if node.fading is None and node.comparator is not s.Comparator.ABOUT and not share:
         return "does not fade"
@@ -70,7 +72,7 @@ def fades_over(node: s.Comparison, scope: Scope) -> str:
 
 
 def _iter_slopes(node: s.Comparison, scope: Scope, share: float) -> Iterator[tuple[str, str]]:
-    """The ends of each slope, the lower one first; none where a limit is measured."""
+    """Iterate over the ends of each slope, the lower one first; none where a limit is measured."""
     limit = constant(node.limit, scope.lets)
     second = constant(node.second, scope.lets) if node.second is not None else None
     beyond = constant(node.fading, scope.lets) if node.fading is not None else None

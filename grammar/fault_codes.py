@@ -27,7 +27,7 @@ class FaultKind:
 
 
 def example_file(kind: FaultKind) -> str:
-    """The example as a whole file; of `own-word` as a file of Prolog.
+    """Return the example as a whole file; of `own-word` as a file of Prolog.
 
     >>> print(example_file(FAULT_KINDS["zero-tolerance"]))
     model made_up

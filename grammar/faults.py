@@ -1,4 +1,4 @@
-"""What is wrong with a model file, and how it is shown."""
+"""Faults of model files, and how they are shown."""
 
 import math
 from collections.abc import Iterable
@@ -40,7 +40,7 @@ class Fix:
 
 
 def applied(text: str, edits: Iterable[Edit]) -> str:
-    """A text after edits that do not overlap.
+    """Return a text after edits that do not overlap.
 
     >>> applied("between 9 and 4", [Edit(Span(8, 9), "4"), Edit(Span(14, 15), "9")])
     'between 4 and 9'
@@ -53,12 +53,13 @@ def applied(text: str, edits: Iterable[Edit]) -> str:
 
 
 def insertion(title: str, at: int, text: str, *, sure: bool) -> Fix:
-    """A fix that puts something in."""
+    """Return a fix that puts something in."""
     return Fix(title, (Edit(Span(at, at), text),), sure)
 
 
 def removal(title: str, text: str, span: Span, *, sure: bool) -> tuple[Fix, ...]:
-    """A fix that takes a statement out with its line; none if something else stands there."""
+    """Return a fix that takes a statement out with its line; none if something else stands
+    there."""
     start = text.rfind("\n", 0, span.start) + 1
     end = text.find("\n", span.end) + 1 or len(text)
     if text[start : span.start].strip() or text[span.end : end].strip():
@@ -67,7 +68,7 @@ def removal(title: str, text: str, span: Span, *, sure: bool) -> tuple[Fix, ...]
 
 
 def swap(text: str, one: Span, other: Span, *, sure: bool) -> Fix:
-    """A fix that changes two pieces round."""
+    """Return a fix that changes two pieces round."""
     first, second = text[one.start : one.end], text[other.start : other.end]
     return Fix(
         f"change `{first}` and `{second}` round", (Edit(one, second), Edit(other, first)), sure
@@ -94,7 +95,7 @@ class Named(Protocol):
 
 
 def alike(one: str, other: str) -> float:
-    """difflib's ratio of two words: 1 if they are the same."""
+    """Return difflib's ratio of two words: 1 if they are the same."""
     return SequenceMatcher(None, one, other).ratio()
 
 
@@ -125,7 +126,7 @@ def _swap_letters(word: str, at: int) -> str:
 
 
 def respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:
-    """The fix that writes the nearest known word; none if no word is like it."""
+    """Return the fix that writes the nearest known word; none if no word is like it."""
     found = get_close_matches(name.text, sorted(set(known)), n=2, cutoff=ALIKE)
     if not found:
         return ()
@@ -135,7 +136,7 @@ def respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:
 
 
 def respelt(span: Span, word: str, *, sure: bool) -> Fix:
-    """The fix that writes a word in the place of another."""
+    """Return the fix that writes a word in the place of another."""
     return Fix(f"write `{word}`", (Edit(span, word),), sure)
 
 
@@ -174,7 +175,7 @@ class Fault:
 
     @property
     def sure_fix(self) -> Fix | None:
-        """What puts it right without a question."""
+        """Return the fix that needs no question; None if there is none."""
         return next((fix for fix in self.fixes if fix.sure), None)
 
     @property
@@ -183,7 +184,9 @@ class Fault:
         return self.source.place(self.span.start)
 
     def lines(self) -> Iterable[str]:
-        """The fault as text: place and message, the line, carets under the fault, the way out."""
+        """Iterate over the fault as text: place and message, the line, carets under the fault, the
+        way out.
+        """
         number, column = self.source.line_and_column(self.span.start)
         hint = f"; {self.hint}" if self.hint else ""
         yield f"{self.place}: {self.severity}: {self.message}{hint} [{self.code}]"
@@ -220,7 +223,7 @@ _USUAL = {
 def missing_unit(
     node: s.Expression, wanted: Dimension, beside: Iterable[s.Expression | None]
 ) -> tuple[Fix, ...]:
-    """The fixes that give a number a unit; `beside` are the quantities that it stands with.
+    """Return the fixes that give a number a unit; `beside` are the quantities that it stands with.
 
     Sure if these have one unit of that dimension among them, and of an angle that is more than the
     full turn in radians.

@@ -50,7 +50,7 @@ class Fixed:
 
 
 def fixed(text: str, check: Check) -> Fixed:
-    """The text without the faults that have a sure fix; fixing it again changes nothing.
+    """Return the text without the faults that have a sure fix; fixing it again changes nothing.
 
     Each fix is made in the text that those before have left, and kept only if its fault is gone
     after it and nothing new is wrong: what makes another error was not meant. Where an error is
@@ -62,7 +62,7 @@ def fixed(text: str, check: Check) -> Fixed:
 
 
 def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
-    """The text after all sure fixes, but for those of faults that are passed over."""
+    """Return the text after all sure fixes, but for those of faults that are passed over."""
     refused: set[Hashable] = set()
     for _ in range(MOST_TRIED):
         left = [
@@ -85,8 +85,9 @@ def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
 def _apply_fix(
     state: Fixed, fault: Fault, check: Check, passed_over: frozenset[Hashable]
 ) -> Fixed | None:
-    """The text after the fix of a fault, and those of the errors that show by it; None if that
-    would be no better."""
+    """Return the text after the fix of a fault, and those of the errors that show by it; None if
+    that would be no better.
+    """
     fix = fault.sure_fix
     text = applied(state.text, fix.edits if fix is not None else ())
     after = Fixed(text, (*state.done, _describe(fault)), _select_own(text, check(text)))
@@ -106,7 +107,7 @@ def _apply_fix(
 
 
 def _select_own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """The faults of the text itself, not of files that it uses."""
+    """Return the faults of the text itself, not of files that it uses."""
     return tuple(fault for fault in faults if fault.source.text == text)
 
 
@@ -139,7 +140,7 @@ def _place(fault: Fault) -> tuple[int, int]:
 
 
 def _identify(fault: Fault) -> Hashable:
-    """What identifies a fault: what it is, and where."""
+    """Return what identifies a fault: its code, message and place."""
     line, column = fault.source.line_and_column(fault.span.start)
     return fault.code, fault.message, line, column
 

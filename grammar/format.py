@@ -32,7 +32,7 @@ _NO_REASON = ("use", "model", "example")
 
 
 def canonical(token: Token) -> Token:
-    """The token as it is written."""
+    """Return the token as it is written."""
     return token._replace(text="±") if token.text == "+/-" else token
 
 
@@ -43,7 +43,7 @@ def has_reason(tokens: Sequence[Token]) -> bool:
 
 
 def one_line(tokens: Sequence[Token]) -> str:
-    """The tokens with a blank where people write one.
+    """Return the tokens with a blank where people write one.
 
     >>> from facetlog.grammar.reading.layout import laid_out
     >>> one_line(laid_out(Source("", "angle( a ,b )=90deg±-5 %")).statements[0].tokens)
@@ -91,7 +91,8 @@ _COMMA, _OR, _AND, _TIGHT = range(4)
 
 
 def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
-    """The tokens in lines of at most `room` characters, as far as there are places to break.
+    """Iterate over the tokens in lines of at most `room` characters, as far as there are places to
+    break.
 
     Each line ends at the loosest comma, `or` or `and` that it has room for, the last one of these.
     `tail` stands behind the last token.
@@ -119,7 +120,9 @@ def over_lines(tokens: Sequence[Token], room: int, tail: str) -> Iterator[str]:
 
 
 def _iter_breaks(tokens: Sequence[Token]) -> Iterator[_Break]:
-    """The places where a line may end and the statement go on: after commas, before `and`, `or`."""
+    """Iterate over the places where a line may end and the statement go on: after commas, before
+    `and`, `or`.
+    """
     # For each open bracket: the number of `between`s whose `and` is still to come.
     pending = [0]
     for i, token in enumerate(tokens):
@@ -159,7 +162,7 @@ def _is_name_list(tokens: Sequence[Token], comma: int) -> bool:
 def kept_lines(
     source: Source, tokens: Sequence[Token], comments: Sequence[s.Comment]
 ) -> Iterator[str]:
-    """The lines of a statement with comments in it, which keep their places."""
+    """Iterate over the lines of a statement with comments in it, which keep their places."""
     lines: dict[int, list[Token]] = {}
     for token in tokens:
         lines.setdefault(source.line_and_column(token.start)[0], []).append(token)
@@ -181,7 +184,7 @@ _CARRIAGE_RETURNS = re.compile(r"\r+(?=\n|\Z)")
 
 
 def formatted(source: Source) -> str:
-    """The text of a model file in canonical layout; line ends are those of its first line.
+    """Return the text of a model file in canonical layout; line ends are those of its first line.
 
     Its syntax tree is the same, spans apart. A file too large to be parsed comes back as it is.
     """
@@ -199,7 +202,7 @@ def formatted(source: Source) -> str:
 
 
 def differences(before: str, after: str, name: str) -> str:
-    """A unified diff of two texts of a file, empty if they are the same."""
+    """Return a unified diff of two texts of a file, empty if they are the same."""
     found = difflib.unified_diff(_with_ends(before), _with_ends(after), name, f"{name} (formatted)")
     return "".join(found)
 
@@ -228,7 +231,7 @@ class _Block:
     apart: bool = False
 
     def whole_lines(self) -> Iterator[str]:
-        """The lines as they stand in the file."""
+        """Iterate over the lines as they stand in the file."""
         *first, last = self.lines
         yield from (self.indent + line for line in first)
         ends = (last, self.reason, self.comment)
@@ -236,7 +239,9 @@ class _Block:
 
 
 def _align(blocks: Sequence[_Block]) -> Iterator[_Block]:
-    """The blocks, with the reasons of each run of lines in one column if all of them fit."""
+    """Iterate over the blocks, with the reasons of each run of lines in one column if all of them
+    fit.
+    """
     run: list[_Block] = []
     for block in blocks:
         joins = block.reason and not block.blank_before and not block.apart
@@ -309,7 +314,7 @@ def _has_blank(source: Source, end: int, start: int) -> bool:
 def _iter_comments(
     source: Source, comments: Iterable[s.Comment], end: int, inside: bool, *, before_model: bool
 ) -> Iterator[_Block]:
-    """Comments between statements.
+    """Iterate over comments between statements.
 
     Behind the last statement of a model, a comment that is not indented is about the next model,
     and so are those after it.

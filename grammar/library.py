@@ -37,7 +37,8 @@ class Library:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file as UTF-8; ValueError if it is none, OSError if it cannot be read."""
+    """Return the text of a file as UTF-8; ValueError if it is none, OSError if it cannot be
+    read."""
     raw = read_regular(path, 4 * LARGEST)
     try:
         return raw.decode("utf-8-sig")
@@ -60,7 +61,7 @@ class _Reader:
         return parsed.file
 
     def follow(self, path: Path) -> None:
-        """Reads what a file uses, and what that uses."""
+        """Read what a file uses, and what that uses."""
         waiting = [path]
         while waiting:
             base = waiting.pop()
@@ -70,7 +71,7 @@ class _Reader:
                     waiting.append(used)
 
     def _read_used(self, base: Path, use: s.Use) -> Path | None:
-        """The path of a model file that is used here for the first time."""
+        """Return the path of a model file that is used here for the first time."""
         path = _resolve_path(base, use.path.value)
         if path in self.files or path in self.words:
             return None
@@ -105,7 +106,7 @@ class _Reader:
         return path
 
     def add_builtin(self) -> None:
-        """Reads the models that come with facetlog, as far as they are named and not defined."""
+        """Read the models that come with facetlog, as far as they are named and not defined."""
         while True:
             defined = {m.name.text for f in self.files.values() for m in f.models}
             defined |= {m for own in self.words.values() for m in own.models}
@@ -121,7 +122,7 @@ class _Reader:
 
 
 def _iter_models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
-    """The names of these models, and others: parents, kinds of parts, properties."""
+    """Iterate over the names of these models, and others: parents, kinds of parts, properties."""
     if not models:
         return
     for model in file.models:
@@ -146,7 +147,9 @@ def _get_reason(error: Exception) -> str:
 
 
 def _resolve_path(base: Path, name: str) -> Path:
-    """A path as `use` writes it: beside the file that says so. `..` is resolved without links."""
+    """Return a path as `use` writes it: beside the file that says so. `..` is resolved without
+    links.
+    """
     parts: list[str] = []
     for part in (base.parent / name).parts:
         if part == ".." and parts and parts[-1] not in ("..", "/"):
@@ -157,7 +160,7 @@ def _resolve_path(base: Path, name: str) -> Path:
 
 
 def read_library(path: Path, text: str | None = None, read: Read = read_text) -> Library:
-    """A model file with what it uses; `text` in the place of the file's.
+    """Return a model file with what it uses; `text` in the place of the file's.
 
     Whatever cannot be read is a fault, also the file itself.
     """
@@ -180,5 +183,5 @@ def read_library(path: Path, text: str | None = None, read: Read = read_text) ->
 
 @cache
 def builtin_names() -> frozenset[str]:
-    """The names of the models that come with facetlog, one a file."""
+    """Return the names of the models that come with facetlog, one a file."""
     return frozenset(path.stem for path in BUILTIN.glob("*.model"))

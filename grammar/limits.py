@@ -25,7 +25,7 @@ class Limit:
 
 
 def limits(analysis: Analysis) -> Iterator[Limit]:
-    """The comparisons of the file that was analysed, in the order of its text."""
+    """Iterate over the comparisons of the file that was analysed, in the order of its text."""
     source = analysis.file.source
     for scope, statement in _iter_statements(analysis):
         for node in walk(statement):
@@ -36,7 +36,7 @@ def limits(analysis: Analysis) -> Iterator[Limit]:
 
 
 def limit_at(analysis: Analysis, offset: int) -> Limit | None:
-    """The innermost comparison at a place of the file; None where there is none."""
+    """Return the innermost comparison at a place of the file; None where there is none."""
     found = [one for one in limits(analysis) if offset in one.node.span]
     return min(found, key=lambda one: one.node.span.end - one.node.span.start, default=None)
 

@@ -40,7 +40,7 @@ _COMMENT = re.compile(
 
 
 def _blank_comment(found: re.Match[str]) -> str:
-    """Nothing in the place of a comment, so that places stay; a text as it is."""
+    """Replace a comment by blanks, so that places stay; keep a text as it is."""
     return re.sub(r"[^\n]", " ", found[0]) if found[0][0] in "/%" else found[0]
 
 
@@ -55,7 +55,7 @@ class OwnWords:
 
 
 def own_words(source: Source) -> OwnWords:
-    """What a Prolog file adds to the vocabulary."""
+    """Read the words that a Prolog file adds to the vocabulary."""
     words: list[Word] = []
     faults: list[Fault] = []
     text = _COMMENT.sub(_blank_comment, source.text)

@@ -65,7 +65,7 @@ class FlatModel:
 
 
 def line_label(owned: Owned[s.Line]) -> str:
-    """The label of a line: its own, or its place.
+    """Return the label of a line: its own, or its place.
 
     Two lines of one model never share it.
     """
@@ -87,7 +87,7 @@ def find_reachable(start: str, neighbours: Callable[[str], Iterable[str]]) -> se
 
 
 def flat_models(files: Iterable[s.File], faults: list[Fault]) -> dict[str, FlatModel]:
-    """All models of some files by name, with what they inherit; the first of a name counts.
+    """Return all models of some files by name, with what they inherit; the first of a name counts.
 
     What cannot be resolved is left out, with a fault.
     """
@@ -135,7 +135,8 @@ class _Resolver:
             self.faults.append(Fault(code, message, file.source, node.span, hint, fixes=fixes))
 
     def _find_descent(self, name: str) -> list[str]:
-        """The model, its parent, and so on, as far as they are known and no circle closes."""
+        """Return the model, its parent, and so on, as far as they are known and no circle
+        closes."""
         line: list[str] = []
         while name in self.written and name not in line and len(line) <= LONGEST_DESCENT:
             line.append(name)
@@ -207,7 +208,7 @@ class _Resolver:
         own: Mapping[str, Owned[s.Let]] | Mapping[str, Owned[s.Define]],
         inherited: Mapping[str, Owned[s.Let]] | Mapping[str, Owned[s.Define]],
     ) -> None:
-        """Reports names of this file that inherited lines use for something else."""
+        """Report names of this file that inherited lines use for something else."""
         for name, owned in own.items():
             if name in inherited and inherited[name].node is not owned.node:
                 message = f"`{name}` is something else in a model that one of this file follows"
@@ -235,7 +236,7 @@ class _Resolver:
         return found
 
     def _check_others(self, model: s.Model, file: s.File) -> None:
-        """Reports what is no model that this one's name can go before."""
+        """Report what is no model that this one's name can go before."""
         for other in model.rather_than:
             known = self.written.get(other.text)
             if other.text == model.name.text:

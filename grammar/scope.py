@@ -1,4 +1,4 @@
-"""What the names of a model stand for."""
+"""Symbol tables: the names of a model and what they stand for."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -47,7 +47,7 @@ class SetSymbol:
 
 @dataclass(frozen=True, slots=True)
 class Local:
-    """What `each`, `there` or a definition's parameter brings."""
+    """A local name: of `each`, of `there`, or a definition's parameter."""
 
     name: str
     kinds: Kinds
@@ -59,7 +59,7 @@ Symbol: TypeAlias = PartSymbol | SetSymbol | Local
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """What a model may name. `roles` are the parts of the models that it may name."""
+    """The names in reach of a model. `roles` are the parts of the models that it may name."""
 
     model: FlatModel
     symbols: Mapping[str, Symbol]
@@ -84,12 +84,12 @@ class Scope:
         return bool(self.singular) and self.singular[0].kinds == THING
 
     def where(self, symbol: "PartSymbol | SetSymbol") -> s.Expression | None:
-        """What must be so of a part, or of each member of a set, by its own statement."""
+        """Return the `where` condition of a part or set; None if it has none."""
         node = symbol.owned.node
         return self.demanded(node, next(n for n in node.names if n.text == symbol.name))
 
     def demanded(self, node: s.Part | s.Each | s.There, name: s.Name) -> s.Expression | None:
-        """What must be so of what a part, `each` or `there` calls by that name.
+        """Return the condition on what a part, `each` or `there` calls by that name.
 
         That is its `where`, and before that, of a board, bar or block, that it is one.
         """
@@ -105,7 +105,7 @@ class Scope:
         return s.And((own, *conditions), Span(kind.span.start, where.span.end))
 
     def element_kinds(self, text: str) -> Kinds | None:
-        """The kinds that `each` and `there is` go through by that word; objects are none."""
+        """Return the kinds that `each` and `there is` go through by that word; objects are none."""
         return None if self._is_model(text) else (part_kind(text, {}) or (None,))[0]
 
     def _is_model(self, text: str) -> bool:
@@ -113,7 +113,7 @@ class Scope:
 
 
 def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | None:
-    """What a part's kind stands for: kinds of elements, or things of a model (its name).
+    """Return the meaning of a part's kind: kinds of elements, or a model's name.
 
     >>> part_kind("vertices", {})
     (frozenset({vertex}), '')
@@ -133,7 +133,7 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
 
 
 def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:
-    """A condition, and the bodies of the definitions that it names, each once."""
+    """Iterate over a condition, and the bodies of the definitions that it names, each once."""
     seen: set[str] = set()
     waiting: list[s.Expression] = [] if node is None else [node]
     while waiting:
@@ -146,7 +146,7 @@ def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Express
 
 
 def names_in(node: s.Expression | None, scope: Scope) -> frozenset[str]:
-    """All names in a condition, those in the definitions that it names too."""
+    """Return all names in a condition, those in the definitions that it names too."""
     return frozenset(
         inner.text
         for one in conditions_in(node, scope)
@@ -156,7 +156,7 @@ def names_in(node: s.Expression | None, scope: Scope) -> frozenset[str]:
 
 
 def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, dict[str, Kinds]]:
-    """The parts that `x.part` may name, for each model; those of Prolog files are faces."""
+    """Return the parts that `x.part` may name, for each model; those of Prolog files are faces."""
     roles: dict[str, dict[str, Kinds]] = {}
     for own in library.words.values():
         for name, parts in own.models.items():
@@ -175,7 +175,7 @@ def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, 
 def model_scope(
     model: FlatModel, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
 ) -> Scope:
-    """The names of a model; of a name that is given twice the first counts."""
+    """Return the names of a model; of a name that is given twice the first counts."""
     symbols: dict[str, Symbol] = {THIS: Local(THIS, THING)}
     for owned in model.parts:
         # A kind that is not known is a fault once, and then may be anything.
@@ -189,7 +189,7 @@ def model_scope(
 def file_scope(
     file: s.File, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
 ) -> Scope:
-    """What stands before the first model of a file may name: words, and one another."""
+    """Return the names in reach before the first model of a file: words, and one another."""
     lets = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
     defines = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Define)}
     written = s.Model(s.Name("", NOWHERE), None, None, (), None, file.statements, NOWHERE)

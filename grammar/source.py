@@ -13,7 +13,7 @@ class Span(NamedTuple):
     end: int
 
     def to(self, other: "Span") -> "Span":
-        """From the beginning of this span to the end of another."""
+        """Return the span from the beginning of this one to the end of another."""
         return Span(self.start, max(self.end, other.end))
 
     def __contains__(self, offset: object) -> bool:
@@ -24,7 +24,7 @@ NOWHERE = Span(0, 0)
 
 
 def differing(before: Sequence[object], after: Sequence[object]) -> tuple[Span, Span]:
-    """The pieces in which two sequences differ, between their ends that are alike.
+    """Return the pieces in which two sequences differ, between their ends that are alike.
 
     >>> differing("top is levl", "top is level")
     (Span(start=10, end=10), Span(start=10, end=11))
@@ -52,7 +52,7 @@ class Source:
         object.__setattr__(self, "_starts", starts)
 
     def line_and_column(self, offset: int) -> tuple[int, int]:
-        """Line and column of a character, both from 1.
+        """Return line and column of a character, both from 1.
 
         >>> Source("m", "model a\\n  face b").line_and_column(10)
         (2, 3)
@@ -61,13 +61,13 @@ class Source:
         return line, offset - self._starts[line - 1] + 1
 
     def line(self, number: int) -> str:
-        """The text of a line, from 1, without its end."""
+        """Return the text of a line, from 1, without its end."""
         start = self._starts[number - 1]
         end = self._starts[number] if number < len(self._starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
 
     def offset(self, line: int, column: int) -> int:
-        """The character at a line and column from 1, clipped to the text."""
+        """Return the character at a line and column from 1, clipped to the text."""
         if line > len(self._starts):
             return len(self.text)
         return min(self._starts[max(line, 1) - 1] + max(column, 1) - 1, len(self.text))

@@ -1,4 +1,4 @@
-"""What people say first, and how the language says it: hints for what it does not read."""
+"""Hints for phrases that people write first and that the language puts otherwise."""
 
 import re
 from collections.abc import Mapping
@@ -110,7 +110,7 @@ _OF_PIECES: Mapping[str, str] = MappingProxyType(
 
 
 def of_other_kind(word: str, kind: str) -> str:
-    """What is said of `a face`, or `a piece`, for a word that is not said of it; may be nothing.
+    """Return a hint for a word that does not apply to `a face` or `a piece`; may be empty.
 
     >>> of_other_kind("gap", "a piece")
     'of pieces say `a joins b`: they touch'
@@ -225,7 +225,7 @@ _PHRASES = (
 
 
 def hint_of_phrase(text: str, at: int) -> str:
-    """What to write for the phrase of a statement that ends to be the language at a place in it.
+    """Return a hint for the phrase at which a statement cannot be read.
 
     `at` is the offset of the sign that cannot be read, or the text's end; empty where none of the
     phrases that people say goes over it.

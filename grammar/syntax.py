@@ -395,7 +395,7 @@ class SceneBuilt:
 
 
 class Outcome(StrEnum):
-    """What an example expects."""
+    """The outcome that an example expects."""
 
     HOLDS = "holds"
     FAILS = "fails"

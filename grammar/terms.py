@@ -80,7 +80,7 @@ class Clause:
     says: str = ""
 
     def __str__(self) -> str:
-        """The clause as text; a variable that stands once is written _."""
+        """Return the clause as text; a variable that stands once is written _."""
         seen = [v for term in (self.head, *self.body) for v in variables(term)]
         once = {v for v in seen if seen.count(v) == 1}
         head = _drop_single(self.head, once)
@@ -97,7 +97,7 @@ class Clause:
 
 
 def variables(term: Term) -> Iterator[Var]:
-    """The variables of a term, as often as they stand in it."""
+    """Iterate over the variables of a term, as often as they stand in it."""
     match term:
         case Var():
             if term is not ANYTHING:
@@ -180,7 +180,7 @@ def _format_term(term: Term, priority: int = 999) -> str:
 
 
 def _lay_out(term: Term, column: int) -> str:
-    """The text of a term, broken after commas where a line would be too long."""
+    """Return the text of a term, broken after commas where a line would be too long."""
     text = _format_term(term)
     if column + len(text) <= WIDTH:
         return text
@@ -204,7 +204,7 @@ def _lay_out(term: Term, column: int) -> str:
 
 
 def _break_lines(opening: str, parts: tuple[Term, ...], closing: str, column: int) -> str:
-    """Arguments in as few lines as hold them, under one another."""
+    """Return arguments in as few lines as hold them, under one another."""
     inside = column + len(opening)
     lines = [""]
     for number, part in enumerate(parts):

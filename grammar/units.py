@@ -5,7 +5,7 @@ from enum import StrEnum
 
 
 class Dimension(StrEnum):
-    """What a measure is of. Numbers, shares and counts are of one kind: they need no unit."""
+    """The dimension of a measure. Numbers, shares and counts are one kind: they need no unit."""
 
     NUMBER = "a number"
     LENGTH = "a length"

@@ -14,7 +14,7 @@ from facetlog.grammar.source import Source, Span
 
 
 class Kind(StrEnum):
-    """What a name can stand for."""
+    """The kinds of elements that a name can stand for."""
 
     FACE = "face"
     EDGE = "edge"
@@ -40,7 +40,7 @@ IN_SPACE = PIECE | OPENING
 
 
 class Gives(StrEnum):
-    """What a word is once it has its arguments."""
+    """The type of a word with its arguments."""
 
     CONDITION = "condition"
     ANGLE = "angle"

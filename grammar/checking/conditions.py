@@ -39,7 +39,7 @@ class ConditionChecker(MeasureChecker):
     """Types of all expressions."""
 
     def condition(self, node: s.Expression, names: Names) -> None:
-        """Reports that a node is no condition."""
+        """Report that a node is no condition."""
         found = self.type_of(node, names)
         if found is not None and found is not CONDITION:
             hint = "compare it: `at least`, `at most`, `between`, `= ... ± ...`"
@@ -48,7 +48,7 @@ class ConditionChecker(MeasureChecker):
             self.fault("not-condition", f"this is {found}, a condition is wanted", node, hint)
 
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
-        """The type of an expression; None if it has a fault, which is reported."""
+        """Return the type of an expression; None if it has a fault, which is reported."""
         match node:
             case s.Quantity():
                 return self._check_quantity(node)
@@ -88,7 +88,7 @@ class ConditionChecker(MeasureChecker):
         return CONDITION
 
     def whole_numbers(self, count: s.Count) -> None:
-        """Reports a count that is no whole number, or upside down."""
+        """Report a count that is no whole number, or upside down."""
         for number in (count.low, count.high):
             if number is not None and not number.text.isdigit():
                 self.fault("count", f"`{number}` is no whole number", number)
@@ -212,7 +212,7 @@ class ConditionChecker(MeasureChecker):
         self.condition(node.body, inside)
 
     def _check_range(self, of: tuple[s.Name, ...], names: Names) -> Local | None:
-        """What `of a, b, c` or `of SET` goes through, under no name yet."""
+        """Return the range of `of a, b, c` or `of SET`, without a name."""
         kinds: Kinds | None = None
         model = ""
         for name in of:
@@ -264,7 +264,7 @@ class ConditionChecker(MeasureChecker):
             self.condition(where, {**names, node.name.text: local})
 
     def _find_element_kinds(self, kind: s.Name) -> Kinds | None:
-        """What `each` and `there` go through; a fault if it is unknown."""
+        """Return the kinds that `each` and `there` range over; report an unknown one."""
         found = self.scope.element_kinds(kind.text)
         if found is None:
             self.fault(

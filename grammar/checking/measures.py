@@ -81,15 +81,15 @@ class MeasureChecker(ABC):
     def fault(
         self, code: str, message: str, node: Node, hint: str = "", fixes: tuple[Fix, ...] = ()
     ) -> None:
-        """Adds a fault of the model's own text."""
+        """Add a fault of the model's own text."""
         self.faults.append(Fault(code, message, self.source, node.span, hint, fixes=fixes))
 
     @abstractmethod
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
-        """The type of an expression; None if it has a fault, which is reported."""
+        """Return the type of an expression; None if it has a fault, which is reported."""
 
     def measure(self, node: s.Expression, names: Names) -> Dimension | None:
-        """The dimension of a measure; a fault if it is none."""
+        """Return the dimension of a measure; a fault if it is none."""
         found = self.type_of(node, names)
         if found is None or isinstance(found, Dimension):
             return found
@@ -194,7 +194,8 @@ class MeasureChecker(ABC):
         return None
 
     def unknown_word(self, name: s.Name, message: str, known: Collection[str]) -> None:
-        """The fault of a name that is none of these: what to write instead, or its neighbour."""
+        """Return the fault of an unknown name, with what to write instead or the nearest known
+        name."""
         if name.text in SPOKEN_WORDS:
             self.fault("unknown-word", message, name, SPOKEN_WORDS[name.text])
         else:
@@ -208,7 +209,7 @@ class MeasureChecker(ABC):
         node: s.Expression,
         names: Names,
     ) -> Type | None:
-        """A word or definition with its arguments: what it gives."""
+        """Return a word or definition with its arguments: what it gives."""
         if name.text in self.scope.defines:
             return self._check_definition(name, arguments, node, names)
         word = self.scope.words.get(name.text)
@@ -310,7 +311,7 @@ class MeasureChecker(ABC):
     def _check_body(
         self, name: s.Name, define: s.Define, given: tuple[Element, ...], node: s.Expression
     ) -> Type | None:
-        """What a definition gives for such arguments; its faults are reported at the call."""
+        """Return the type of a definition for such arguments; faults are reported at the call."""
         key = name.text, given
         if key in self.known:
             return self.known[key]

@@ -45,7 +45,7 @@ class Extents:
         return ""
 
     def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
-        """Size and depth of an expression."""
+        """Return size and depth of an expression."""
         size, deepest = 0, 0
         waiting: list[tuple[Node, int]] = [(node, 1)]
         while waiting:
@@ -85,14 +85,14 @@ MOST_PARTS = 60
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What is wrong with a model, and the models that it asks about, where it names them."""
+    """Faults of a model, and the models that its conditions name, with the places."""
 
     faults: tuple[Fault, ...]
     references: tuple[tuple[str, s.Name], ...]
 
 
 def check_model(scope: Scope) -> Checked:
-    """What is wrong with the names and dimensions of a model, in the order of its statements.
+    """Find the faults of names and dimensions of a model, in the order of its statements.
 
     Statements that it inherits are checked where they are written.
     """
@@ -102,7 +102,7 @@ def check_model(scope: Scope) -> Checked:
 
 
 def check_file(scope: Scope) -> tuple[Fault, ...]:
-    """The same of what stands before the first model of a file."""
+    """Check the statements before the first model of a file."""
     checker = _ModelChecker(scope)
     checker.file()
     return tuple(checker.faults)
@@ -121,7 +121,7 @@ class _ModelChecker(ConditionChecker):
         self.extents = Extents(self.scope.defines)
 
     def model(self) -> None:
-        """Checks a model's names, that there is something to judge, and its statements."""
+        """Check a model's names, that there is something to judge, and its statements."""
         model = self.scope.model
         if model.name in RESERVED_NAMES:
             message = f"`{model.name}` is what results say of no model"
@@ -162,7 +162,7 @@ class _ModelChecker(ConditionChecker):
         return stated or bool(symbol.model) or symbol.kinds == OPENING
 
     def file(self) -> None:
-        """Checks the names and statements of what stands before the first model."""
+        """Check the names and statements of what stands before the first model."""
         named: dict[str, s.Name] = {}
         for statement in self.scope.model.written.statements:
             if isinstance(statement, s.Let | s.Define):
@@ -174,7 +174,7 @@ class _ModelChecker(ConditionChecker):
         self.statements()
 
     def statements(self) -> None:
-        """Checks each statement that is written here."""
+        """Check each statement that is written here."""
         for statement in self.scope.model.written.statements:
             match statement:
                 case s.Part():
@@ -193,7 +193,7 @@ class _ModelChecker(ConditionChecker):
                     pass
 
     def _check_names(self) -> None:
-        """What a model names anew must be free."""
+        """Report names of a model that are in use already."""
         self._check_free(self.scope.model.written.name)
         if len(self.scope.model.parts) > MOST_PARTS or len(self.scope.singular) > MOST_SINGULAR:
             hint = f"a model has {MOST_SINGULAR} singular parts and {MOST_PARTS} in all, at most"
@@ -220,7 +220,7 @@ class _ModelChecker(ConditionChecker):
                 self._check_free(name)
 
     def _check_free(self, name: s.Name) -> None:
-        """Reports a name that is a word already."""
+        """Report a name that is a word already."""
         whose = ""
         word = self.scope.words.get(name.text)
         if (word is not None and not word.yields) or name.text == "count":
@@ -232,7 +232,7 @@ class _ModelChecker(ConditionChecker):
             self.fault("taken", message, name, "choose another name")
 
     def _check_set_circles(self) -> None:
-        """Reports sets that are found by one another."""
+        """Report sets that are found by one another."""
         sets = {x.name: x for x in self.scope.sets}
         needs = {
             name: (names_in(x.owned.node.where, self.scope) & sets.keys()) - {name}
@@ -332,7 +332,7 @@ class _ModelChecker(ConditionChecker):
             self.defining = ()
 
     def _check_extent(self, node: s.Expression, where: Node) -> bool:
-        """Reports a condition that is too large or too deep; nothing else is then said of it."""
+        """Report a condition that is too large or too deep; nothing else is then said of it."""
         why = self.extents.too_much(node)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)

@@ -39,7 +39,7 @@ class Requirement:
 
 
 def requirements(scope: Scope) -> tuple[Requirement, ...]:
-    """The requirements of a model on its singular parts, in the order of the file."""
+    """Return the requirements of a model on its singular parts, in the order of the file."""
     singular = {p.name: p for p in scope.singular if not p.owned.node.optional}
     found: list[Requirement] = []
     for part in singular.values():
@@ -62,7 +62,7 @@ def _iter_requirements(
     if_known: bool,
     chosen: bool,
 ) -> Iterator[Requirement]:
-    """The single requirements that a condition is made of."""
+    """Iterate over the single requirements that a condition is made of."""
     match node:
         case s.And(conditions):
             for condition in conditions:
@@ -84,7 +84,7 @@ def _iter_requirements(
 def _find_parts(
     node: s.Expression, scope: Scope, singular: dict[str, PartSymbol], given: dict[str, str]
 ) -> frozenset[str] | None:
-    """The singular parts that a condition is about; None if it is about more than these."""
+    """Return the singular parts that a condition is about; None if it is about more than these."""
     found: set[str] = set()
     waiting: list[tuple[Node, frozenset[str]]] = [(node, frozenset())]
     seen: set[str] = set()
@@ -159,7 +159,7 @@ class _Join:
 
 
 def candidate_clauses(scope: Scope, writer_of: WriterOf, place: str, says: str) -> list[Clause]:
-    """The clauses of candidate/3 and of what it calls, for a model."""
+    """Return the clauses of candidate/3 and of what it calls, for a model."""
     model = Atom(scope.model.name)
     join = _Join(scope, requirements(scope), interchangeable(scope))
     thing, parts = Var("Thing"), Var("Parts")
@@ -200,7 +200,9 @@ def _wrap_possible(tests: list[Term]) -> list[Term]:
 
 
 def _order_parts(join: _Join) -> list[PartSymbol]:
-    """The singular parts in the order of the join: what adjoins a part that is there comes next."""
+    """Return the singular parts in the order of the join: what adjoins a part that is there comes
+    next.
+    """
     waiting = [p for p in join.scope.singular if not p.owned.node.optional]
     optional = [p for p in join.scope.singular if p.owned.node.optional]
     order: list[PartSymbol] = []
@@ -246,7 +248,7 @@ def _place_part(
     writer: Writer,
     ordered: list[PartSymbol],
 ) -> list[Term]:
-    """The goals that bind a part and see that it is another than those that are there.
+    """Return the goals that bind a part and see that it is another than those that are there.
 
     Of interchangeable parts among those `ordered` one order is enough.
     """
@@ -276,7 +278,7 @@ def _place_part(
 def _write_asked(
     join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer
 ) -> list[Term]:
-    """What can be asked once a part is there: of it alone, then of it and others."""
+    """Write the tests that can be made once a part is bound: of it alone, then of it and others."""
     names = {p.name for p in there} | {part.name}
     alone: list[Term] = []
     more: list[Term] = []
@@ -308,7 +310,7 @@ def _write_object(
 
 
 def _write_optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
-    """A part that may be absent: whatever may be it, and nothing."""
+    """Return a part that may be absent: whatever may be it, and nothing."""
     variable = writer.names[part.name]
     goals: list[Term] = [elements_goal(part.kinds, variable)]
     goals += [
@@ -343,7 +345,7 @@ def _is_linked(join: _Join) -> bool:
 
 
 def _write_adjoining(join: _Join, writer_of: WriterOf) -> Clause:
-    """Near misses that adjoin as they should, those of the largest faces first."""
+    """Return near misses that adjoin as they should, those of the largest faces first."""
     writer = writer_of()
     faces = writer.names.fresh("faces")
     first, *others = _order_parts(join)
@@ -360,7 +362,7 @@ def _write_adjoining(join: _Join, writer_of: WriterOf) -> Clause:
 
 
 def _write_fitting(join: _Join, writer: Writer) -> Term:
-    """The goal that parts adjoin as they should and lie as they should."""
+    """Return the goal that parts adjoin as they should and lie as they should."""
     goals: list[Term] = []
     there: list[PartSymbol] = []
     for part in _order_parts(join):
@@ -371,7 +373,7 @@ def _write_fitting(join: _Join, writer: Writer) -> Term:
 
 
 def _find_identifying(join: _Join, part: PartSymbol, there: set[str], writer: Writer) -> list[Term]:
-    """How a part lies, as far as it can be asked of those that are there."""
+    """Return how a part lies, as far as it can be asked of those that are there."""
     return _drop_repeats(
         [
             _test(need, writer)
@@ -382,7 +384,7 @@ def _find_identifying(join: _Join, part: PartSymbol, there: set[str], writer: Wr
 
 
 def _sort_interchangeable(join: _Join, writer: Writer, functor: str) -> tuple[Struct, list[Term]]:
-    """The head with interchangeable parts sorted, and the goals that sort them."""
+    """Return the head with interchangeable parts sorted, and the goals that sort them."""
     goals: list[Term] = []
     shown = {p.name: writer.names[p.name] for p in join.scope.singular}
     for group in join.groups:
@@ -451,7 +453,7 @@ class _Choices:
         self.goals: list[Term] = []
 
     def add(self, variable: Var, count: int, tests: list[Term], writer: Writer) -> None:
-        """A part, of which so many are tried; `tests` say how it lies."""
+        """Add a part, of which so many are tried; `tests` say how it lies."""
         if not self.goals:
             self.goals.append(Struct(self._largest, (Var("Thing"), self._all)))
         free = self._all

@@ -28,7 +28,9 @@ _BLANK = re.compile(r"\s+")
 
 
 def line_clauses(scope: Scope, shapes: Mapping[str, SetShape], writer_of: WriterOf) -> list[Clause]:
-    """The clauses of sets, conditions, groups, sizes, and of the text that they were made from."""
+    """Return the clauses of sets, conditions, groups, sizes, and of the text that they were made
+    from.
+    """
     clauses: list[Clause] = []
     for shape in shapes.values():
         clauses += _compile_set(scope, shape, writer_of)
@@ -44,7 +46,7 @@ def line_clauses(scope: Scope, shapes: Mapping[str, SetShape], writer_of: Writer
 
 
 def _quote_source(owned: Owned[s.Part] | Owned[s.Line], node: Node) -> str:
-    """What the author wrote, in one line."""
+    """Return the author's text in one line."""
     return _BLANK.sub(" ", owned.source.text[node.span.start : node.span.end])
 
 
@@ -82,7 +84,9 @@ def _write_condition(
     says: str,
     named: set[str],
 ) -> Iterator[Clause]:
-    """The condition, and the text it was made from. Of an absent part nothing is asked."""
+    """Iterate over the condition, and the text it was made from. Of an absent part nothing is
+    asked.
+    """
     model = Atom(scope.model.name)
     absent: list[Term] = [
         Struct("\\==", (writer.names[part.name], UNSEEN))
@@ -104,7 +108,7 @@ def _compile_part(
     owned: Owned[s.Part],
     writer_of: WriterOf,
 ) -> Iterator[Clause]:
-    """What a part's own statement demands: `where`, the model of an object, the count of a set."""
+    """Compile the demands of a part's statement: `where`, the model of an object, a set's count."""
     part = owned.node
     for name in part.names:
         writer = writer_of()
@@ -125,7 +129,7 @@ def _compile_part(
 def _write_demanded(
     scope: Scope, shapes: Mapping[str, SetShape], part: s.Part, name: str, writer: Writer
 ) -> Term:
-    """The test that a part is what its statement says, or a set has so many members."""
+    """Return the test that a part is what its statement says, or a set has so many members."""
     if part.count is not None:
         if part.optional:
             return NOTHING
@@ -146,7 +150,7 @@ def _write_demanded(
 
 
 def _compile_set(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:
-    """Who may be a member, and the word that says how far one is."""
+    """Iterate over who may be a member, and the word that says how far one is."""
     owned = shape.symbol.owned
     where = shape.where
     place = _place(owned)
@@ -178,7 +182,9 @@ def _compile_set(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator
 
 
 def _write_finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -> list[Term]:
-    """The goals that go through what may be a member; a face that adjoins a part is found there."""
+    """Return the goals that go through what may be a member; a face that adjoins a part is found
+    there.
+    """
     others = tuple(
         writer.names[part.name] for part in scope.singular if part.kinds & shape.symbol.kinds
     )
@@ -194,7 +200,7 @@ def _write_finding(scope: Scope, shape: SetShape, writer: Writer, member: Var) -
 
 
 def _find_neighbour(shape: SetShape, scope: Scope) -> str | None:
-    """The singular part that every member adjoins."""
+    """Return the singular part that every member adjoins."""
     where = shape.symbol.owned.node.where
     if where is None or shape.symbol.kinds != FACE:
         return None
@@ -213,7 +219,7 @@ def _find_neighbour(shape: SetShape, scope: Scope) -> str | None:
 
 
 def _write_group(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Clause:
-    """The members that a verdict shows: those of which it is known."""
+    """Return the members that a verdict shows: those of which it is known."""
     writer = writer_of()
     head = Struct(
         "group",

@@ -14,7 +14,7 @@ PAIR = 2
 
 
 def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
-    """The groups of singular parts that are interchangeable, two or more in each."""
+    """Return the groups of singular parts that are interchangeable, two or more in each."""
     names = [p.name for p in scope.singular if not p.owned.node.optional]
     if len(names) < 2 or scope.of_things:
         return ()
@@ -32,7 +32,7 @@ def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
 
 
 def _find_symmetric(scope: Scope) -> Mapping[str, bool]:
-    """What says the same with its arguments changed about, and whether a number comes after them.
+    """Return the symmetric form of a test, and whether a number follows its arguments.
 
     Words of the vocabulary, and definitions of two parameters with such a body.
     """
@@ -65,7 +65,7 @@ def _is_symmetric(
 def _collect_lines(
     scope: Scope, symmetric: Mapping[str, bool], swap: Mapping[str, str]
 ) -> frozenset[object]:
-    """All that is said of the parts, in a form that does not depend on order."""
+    """Return all that is said of the parts, in a form that does not depend on order."""
     said: list[object] = []
     every: tuple[PartSymbol | SetSymbol, ...] = (*scope.singular, *scope.sets)
     for part in every:
@@ -94,7 +94,7 @@ def _sort_forms(forms: list[object]) -> tuple[object, ...]:
 
 
 def _get_form(node: Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
-    """A node without places; arguments of what is symmetric in one order."""
+    """Return a node without places; arguments of what is symmetric in one order."""
 
     def inner(one: Node) -> object:
         return _get_form(one, symmetric, swap)
@@ -160,7 +160,7 @@ def _get_bodies(
     symmetric: Mapping[str, bool],
     swap: Mapping[str, str],
 ) -> tuple[object, object]:
-    """The body of `each pair x, y`, and the same with x and y changed about."""
+    """Return the body of `each pair x, y`, and the same with x and y changed about."""
     plain = {name.text: f"#{number}" for number, name in enumerate(names)}
     turned = {name.text: f"#{len(names) - 1 - number}" for number, name in enumerate(names)}
     return (

@@ -39,7 +39,7 @@ class Writer(MeasureWriter):
     """Writes the tests of one clause."""
 
     def test(self, node: s.Expression) -> Term:
-        """The test that a condition is."""
+        """Return the test that a condition is."""
         match node:
             case s.And(conditions):
                 return all_of([self.test(c) for c in conditions])
@@ -118,7 +118,7 @@ class Writer(MeasureWriter):
         return Struct("soft", (test, share)) if share and limit != 0 else test
 
     def _write_near(self, measure: Term, target: Term, share: float) -> Struct:
-        """Within a share of the target."""
+        """Return within a share of the target."""
         if is_number(target):
             return Struct("near", (measure, target, scaled(share, _drop_sign(target))))
         # The target's own deviation counts once at either edge.
@@ -129,7 +129,7 @@ class Writer(MeasureWriter):
         return value.value if value is not None and value.percent else None
 
     def _write_counted(self, node: s.Comparison) -> Term | None:
-        """The test of `count(set)` against a number, by its members' own degrees."""
+        """Write the test of `count(set)` against a number, by its members' own degrees."""
         if _is_count(node.limit) and not _is_count(node.measure):
             turned = _TURNED.get(node.comparator)
             if turned is None:
@@ -160,12 +160,12 @@ class Writer(MeasureWriter):
         return self.number_of(shape, low, high)
 
     def number_of(self, shape: SetShape, low: float, high: float) -> Term:
-        """The test that a set has so many members."""
+        """Return the test that a set has so many members."""
         groups, kinds = self._write_groups(shape), shape.symbol.kinds
         return amount_test(shape.pattern(self.names), groups, shape.test(self), low, high, kinds)
 
     def has_openings(self, least: int) -> Term:
-        """The test that the thing has so many openings, whichever they are."""
+        """Return the test that the thing has so many openings, whichever they are."""
         one = self.names.fresh("opening")
         goal = elements_goal(OPENING, one)
         groups = self.once(
@@ -217,7 +217,7 @@ class Writer(MeasureWriter):
     def _find_others(
         self, kinds: Kinds, where: s.Expression | None, name: str, variable: Var, inner: "Writer"
     ) -> tuple[Var, Term | None]:
-        """The elements that are no singular part, and what must be so of each of them."""
+        """Return the elements that are no singular part, and what must be so of each of them."""
         test = None if where is None else inner.test(where)
         one = variable
         goals: list[Term] = [elements_goal(kinds, one)]
@@ -301,7 +301,7 @@ class Writer(MeasureWriter):
         return amount_test(pattern, groups, test, low, high, among)
 
     def _find_seen(self, parts: tuple[Term, ...]) -> Term:
-        """Those of some parts that were seen: what was not seen is no witness."""
+        """Return the goal that selects the parts that were seen: an unseen part is no witness."""
         return self.once(
             f"seen {parts}",
             "Seen",
@@ -323,7 +323,7 @@ def _is_count(node: s.Expression) -> bool:
 
 
 def _drop_sign(term: Term) -> Term:
-    """A number or length without its sign; a measure as it is."""
+    """Return a number or length without its sign; a measure as it is."""
     match term:
         case int() | float():
             return abs(term)

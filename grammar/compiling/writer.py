@@ -1,4 +1,4 @@
-"""What stands in a clause: the terms of names and measures, and the goals that find them."""
+"""The parts of a clause: terms of names and measures, and the goals that find them."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -22,13 +22,13 @@ class Names:
         self._taken: set[str] = {"Thing", "Parts", "_"}
 
     def __getitem__(self, name: str) -> Var:
-        """The variable of a name: `top` becomes Top."""
+        """Return the variable of a name: `top` becomes Top."""
         if name not in self._of:
             self._of[name] = self.fresh(name)
         return self._of[name]
 
     def fresh(self, name: str) -> Var:
-        """A new variable that is called like a name."""
+        """Return a new variable that is called like a name."""
         first = name[:1].upper()
         # A Prolog variable begins with a capital letter; not every script has one.
         stem = first + name[1:] if first.isascii() and first.isalpha() else f"V_{name}"
@@ -69,7 +69,7 @@ class Bound:
 
 
 def amount(value: Constant) -> Term:
-    """A constant as a test writes it."""
+    """Return a constant as a test writes it."""
     if value.value == 0:
         return 0
     match value.dimension:
@@ -82,7 +82,7 @@ def amount(value: Constant) -> Term:
 
 
 def scaled(factor: float, term: Term) -> Term:
-    """So many times a measure."""
+    """Return a measure times a factor."""
     factor = float(f"{factor:.15g}")
     if factor == 1:
         return term
@@ -96,7 +96,7 @@ def scaled(factor: float, term: Term) -> Term:
 
 
 def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
-    """A measure or relation of the vocabulary with its arguments."""
+    """Return a measure or relation of the vocabulary with its arguments."""
     if name in _BY_ELEVATION and arguments[0].kinds != arguments[1].kinds:
         middles = tuple(word_term("elevation", (argument,)) for argument in arguments)
         return Struct(_BY_ELEVATION[name], middles)
@@ -139,7 +139,7 @@ class SetShape:
         return tuple(names[n] for n in (stem, *(f"{stem}_{role}" for role, _ in self.roles)))
 
     def pattern(self, names: Names) -> Term:
-        """The term of a member."""
+        """Return the term of a member."""
         return _join_variables(self.variables(names, self.symbol.name))
 
     def bound(self, names: Names) -> dict[str, Bound]:
@@ -154,7 +154,7 @@ class SetShape:
         return found
 
     def test(self, writer: "MeasureWriter") -> Term:
-        """The test that the member is one."""
+        """Return the test that the member is one."""
         return self._test(self.variables(writer.names, self.symbol.name), writer)
 
     def _test(self, variables: tuple[Var, ...], writer: "MeasureWriter") -> Term:
@@ -166,7 +166,7 @@ class SetShape:
         return tests[0] if len(tests) == 1 else Struct("all", (tuple(tests),))
 
     def said_of(self, variables: tuple[Var, ...], writer: "MeasureWriter") -> Struct:
-        """The word that says who is a member, of such variables."""
+        """Return the word that says who is a member, of such variables."""
         needed = [writer.bound(name).term for name in self.needs]
         if self.needs_thing:
             needed.append(Var("Thing"))
@@ -178,7 +178,7 @@ class SetShape:
         return body if test == Struct("all", ((),)) else Struct("implies", (test, body))
 
     def copy(self, writer: "MeasureWriter", name: str) -> tuple[Term, dict[str, Bound], Term]:
-        """Pattern, names and test of a member that is called otherwise."""
+        """Return pattern, names and test of a member that is called otherwise."""
         stems = (name, *(f"{name}_{role}" for role, _ in self.roles))
         variables = tuple(writer.names.fresh(stem) for stem in stems)
         return (
@@ -196,7 +196,7 @@ def _join_variables(variables: tuple[Var, ...]) -> Term:
 
 
 def set_shapes(scope: Scope) -> dict[str, SetShape]:
-    """The sets of a model by name."""
+    """Return the sets of a model by name."""
     model = scope.model
     statements: list[Node] = [owned.node for _, owned in model.lines]
     statements += [owned.node for owned in model.parts]
@@ -257,14 +257,14 @@ _FINDERS = {
 
 
 def elements_goal(kinds: Kinds, term: Term) -> Struct:
-    """The goal that finds elements of some kinds in the thing; things for objects."""
+    """Return the goal that finds elements of some kinds in the thing; things for objects."""
     if kinds == THING:
         return Struct("thing", (term,))
     return Struct(_FINDERS[kinds], (Var("Thing"), term))
 
 
 def all_of(tests: list[Term]) -> Term:
-    """One test of several."""
+    """Return one test of several."""
     flat: list[Term] = []
     for test in tests:
         match test:
@@ -276,7 +276,8 @@ def all_of(tests: list[Term]) -> Term:
 
 
 def state_only(test: Term) -> Term:
-    """A test without what changes its degree alone: who asks whether it holds needs no more."""
+    """Return a test without what changes its degree alone: who asks whether it holds needs no
+    more."""
     match test:
         case Struct("soft", (comparison, _)):
             return comparison
@@ -289,7 +290,7 @@ def state_only(test: Term) -> Term:
 
 
 def conjunction(goals: list[Term]) -> Term:
-    """Several goals in the place of one."""
+    """Return several goals in the place of one."""
     return goals[0] if len(goals) == 1 else Struct(",", tuple(goals))
 
 
@@ -306,7 +307,7 @@ class MeasureWriter:
     found: dict[str, Var] = field(default_factory=dict)
 
     def bound(self, name: str) -> Bound:
-        """What a name stands for."""
+        """Return the term that a name stands for."""
         if name in self.locals:
             return self.locals[name]
         if name == THIS:
@@ -315,15 +316,15 @@ class MeasureWriter:
         return Bound(self.names[name], symbol.kinds, symbol.model)
 
     def parts(self) -> tuple[Term, ...]:
-        """The singular parts, as the head of a clause names them."""
+        """Return the singular parts, as the head of a clause names them."""
         return tuple(self.names[part.name] for part in self.scope.singular)
 
     def with_locals(self, **bound: Bound) -> Self:
-        """The same clause with more names; what it finds comes before this clause's test."""
+        """Return the writer with more names; the goals it finds come before this clause's test."""
         return replace(self, locals={**self.locals, **bound}, outer=self.outer | frozenset(bound))
 
     def once(self, key: str, stem: str, goal_of: Callable[[Var], list[Term]]) -> Var:
-        """A variable that a goal binds, the same goal once for a clause."""
+        """Return a variable that a goal binds, the same goal once for a clause."""
         if key not in self.found:
             found = self.names.fresh(stem)
             self.found[key] = found
@@ -331,7 +332,7 @@ class MeasureWriter:
         return self.found[key]
 
     def argument(self, node: s.Expression) -> Bound:
-        """What a word is said of."""
+        """Return the argument that a word is applied to."""
         match node:
             case s.Reference(name):
                 return self.bound(name.text)
@@ -353,14 +354,14 @@ class MeasureWriter:
         return Bound(found, kinds)
 
     def expanded(self, name: str, arguments: tuple[s.Expression, ...]) -> Self:
-        """The same clause, where a definition's parameters stand for its arguments."""
+        """Return the writer in which a definition's parameters stand for its arguments."""
         parameters = self.scope.defines[name].node.parameters
         bound = [self.argument(argument) for argument in arguments]
         given = {p.text: b for p, b in zip(parameters, bound, strict=True)}
         return replace(self, locals={**self.locals, **given}, outer=self.outer | frozenset(given))
 
     def members(self, shape: SetShape) -> Var:
-        """The variable of all that may be members of a set."""
+        """Return the variable of all that may be members of a set."""
         name = shape.symbol.name
         model = Atom(self.scope.model.name)
         return self.once(
@@ -370,7 +371,7 @@ class MeasureWriter:
         )
 
     def held(self, shape: SetShape) -> Var:
-        """The members of a set of which it is known that they are."""
+        """Return the members of a set of which it is known that they are."""
         members = self.members(shape)
         pattern, _, test = shape.copy(self, shape.symbol.name)
         goals: list[Term] = [Struct("member", (pattern, members))]
@@ -383,7 +384,7 @@ class MeasureWriter:
         )
 
     def measure(self, node: s.Expression) -> Term:
-        """The term that a measure is."""
+        """Return the term that a measure is."""
         value = constant(node, self.scope.lets)
         if value is not None:
             return amount(value)
@@ -445,7 +446,8 @@ round leg has none, but is a piece."""
 
 
 def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
-    """The test that one was found `among` all of such kinds that a thing has, or that none was.
+    """Return the test that one was found `among` all of such kinds that a thing has, or that none
+    was.
 
     As long as a thing may have more openings than were seen nobody knows that there is none; what
     there is besides of other kinds is not asked.
@@ -461,7 +463,7 @@ def some_test(found: Struct, among: Kinds, *, some: bool) -> Term:
 def amount_test(
     pattern: Term, groups: Term, test: Term, low: float, high: float, among: Kinds
 ) -> Term:
-    """The test of so many groups, `among` all of such kinds that a thing has."""
+    """Return the test of so many groups, `among` all of such kinds that a thing has."""
     tests: list[Term] = []
     known = _NO_MORE.get(among)
     if low > 0 and math.isfinite(low):

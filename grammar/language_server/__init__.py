@@ -7,7 +7,7 @@ from facetlog.grammar.example_scenes import Builders
 
 
 def run(builders: Builders = MappingProxyType({})) -> None:
-    """Serves one editor over stdin and stdout until it says `exit` or closes them.
+    """Serve one editor over stdin and stdout until it says `exit` or closes them.
 
     `builders` are what examples can build; without any the examples' scenes are not checked.
 

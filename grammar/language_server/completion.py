@@ -1,4 +1,4 @@
-"""What may be written at a place: words of the language, of the vocabulary, and names."""
+"""Completions at a place: words of the language, of the vocabulary, and names."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -93,7 +93,7 @@ def context_at(text: str, offset: int) -> Context | None:
 
 @cache
 def _get_keywords() -> dict[str, str]:
-    """The words of the language by the names of their terminals."""
+    """Return the words of the language by the names of their terminals."""
     patterns = {terminal.name: terminal.pattern for terminal in statement_parser().terminals}
     return {
         name: pattern.value
@@ -103,7 +103,7 @@ def _get_keywords() -> dict[str, str]:
 
 
 def _find_following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[str]]:
-    """The words that may follow these tokens, and the names of the terminals."""
+    """Return the words that may follow these tokens, and the names of the terminals."""
     if len(tokens) > LONGEST:
         return frozenset(), frozenset()
     state = statement_parser().parse_interactive(" ".join(token.text for token in tokens))
@@ -132,7 +132,7 @@ _RANGE = re.compile(r"\beach (pair \w+ , )?\w+ of( \w+ ,)*\Z")
 def completions(
     analysis: Analysis, text: str, offset: int, builders: Builders
 ) -> list[lsp.CompletionItem]:
-    """What may be written at a place, the likelier kinds first; nothing in texts and comments."""
+    """Return the completions at a place, likelier kinds first; none in texts and comments."""
     context = context_at(text, offset)
     if context is None:
         return []
@@ -349,7 +349,7 @@ def _format_kinds(kinds: Iterable[Kind]) -> str:
 
 
 def _iter_introduced(texts: tuple[str, ...]) -> Iterator[str]:
-    """The names that `each`, `there` and parameters bring before a place."""
+    """Iterate over the names that `each`, `there` and parameters bring before a place."""
     for i, word in enumerate(texts[:-1]):
         rest = texts[i + 1 :]
         if word == "each" and rest[:1] == ("pair",):

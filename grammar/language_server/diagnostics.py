@@ -22,7 +22,7 @@ _SEVERITIES = {
 
 
 def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
-    """The faults of a file; those of the files that it uses stand where it says `use`."""
+    """Return the faults of a file; those of the files that it uses stand where it says `use`."""
     analysis = project.analysis(path)
     text = project.text(path)
     own = [fault for fault in project.faults(path) if fault.source.name == str(path)]
@@ -32,7 +32,7 @@ def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
 
 
 def diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
-    """A fault of the text."""
+    """Return a fault of the text."""
     message = f"{fault.message}; {fault.hint}" if fault.hint else fault.message
     return lsp.Diagnostic(
         text.range(fault.span),
@@ -66,7 +66,7 @@ def _iter_of_others(
 
 
 def _use_of(analysis: Analysis, name: str) -> Span:
-    """Where a file is used; if only by another, the first `use` that there is."""
+    """Return where a file is used; if only by another, the first `use` that there is."""
     uses = analysis.file.uses
     base = Path(analysis.file.source.name).parent
     named: list[s.Use] = [u for u in uses if str(base / u.path.value) == name]
@@ -79,7 +79,7 @@ KINDS = (lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll)
 def code_actions(
     analysis: Analysis, faults: Iterable[Fault], text: EditorText, uri: str, span: Span
 ) -> list[lsp.CodeAction]:
-    """Fixes of the faults that touch a span, the likeliest first."""
+    """Return fixes of the faults that touch a span, the likeliest first."""
     source = analysis.file.source
     own = [fault for fault in faults if fault.source is source]
     here = [f for f in own if f.span.start <= span.end and span.start <= f.span.end]
@@ -92,7 +92,8 @@ def code_actions(
 
 
 def fix_all(text: EditorText, uri: str, check: Check) -> list[lsp.CodeAction]:
-    """All that is sure at once, as `model check --fix` does it; nothing if that is nothing."""
+    """Return all that is sure at once, as `model check --fix` does it; nothing if that is
+    nothing."""
     after = fixed(text.text, check).text
     if after == text.text:
         return []

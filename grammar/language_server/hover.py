@@ -1,4 +1,4 @@
-"""What is shown of the word under the pointer."""
+"""Hover texts: documentation of the word under the pointer."""
 
 from collections.abc import Iterator, Mapping
 
@@ -24,7 +24,7 @@ _BASE_UNITS = {
 
 
 def code(text: str) -> str:
-    """A piece of a model file, to be shown as such."""
+    """Return a piece of a model file, to be shown as such."""
     return f"```facetlog-model\n{text}\n```"
 
 
@@ -53,7 +53,7 @@ def unit_documentation(name: str) -> str:
 
 
 def constant_value(let: s.Let, lets: Mapping[str, Owned[s.Let]]) -> str:
-    """The value of a constant in metres, degrees or ones; empty if it is none."""
+    """Return the value of a constant in metres, degrees or ones; empty if it is none."""
     value = constant(let.value, lets)
     return "" if value is None else f"{value.value:.6g}{_BASE_UNITS[value.dimension]}"
 
@@ -65,7 +65,7 @@ def model_documentation(model: FlatModel) -> str:
 
 
 def statement_text(source: Source, offset: int) -> str:
-    """The statement at a place, on one line; empty if there is none."""
+    """Return the statement at a place, on one line; empty if there is none."""
     for statement in laid_out(source).statements:
         if offset in statement.span:
             return one_line(statement.tokens)
@@ -73,12 +73,12 @@ def statement_text(source: Source, offset: int) -> str:
 
 
 def hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
-    """What is known of a symbol, in Markdown; empty if nothing is."""
+    """Return the documentation of a symbol in Markdown; empty if there is none."""
     return "\n\n".join(part for part in _iter_parts(analysis, symbol, builders) if part)
 
 
 def limit_text(limit: Limit) -> str:
-    """From where to where a comparison fades, in Markdown."""
+    """Return the range over which a comparison fades, in Markdown."""
     return f"`{limit.text}` {limit.fades}"
 
 
@@ -115,7 +115,7 @@ def _iter_parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Itera
 
 
 def _get_statement(analysis: Analysis, symbol: Symbol) -> str:
-    """The statement that a symbol is named by."""
+    """Return the statement that a symbol is named by."""
     if symbol.home is None or symbol.home.path not in analysis.library.files:
         return symbol.name
     source = analysis.library.files[symbol.home.path].source
@@ -138,7 +138,7 @@ def _describe_constant(analysis: Analysis, symbol: Symbol) -> Iterator[str]:
 
 
 def _describe_owner(analysis: Analysis, symbol: Symbol) -> str:
-    """The model that names a symbol, if another inherits it."""
+    """Return the model that names a symbol, if another inherits it."""
     for name, model in analysis.all_models.items():
         here = symbol.home is not None and model.source.name == str(symbol.home.path)
         if here and symbol.home is not None and name != symbol.model:

@@ -39,7 +39,7 @@ class EditorText:
         object.__setattr__(self, "_ends", [*(m.start() for m in ends), len(self.text)])
 
     def offset(self, position: lsp.Position) -> int:
-        """The character at a position; past the end of a line or the text, that end.
+        """Return the character at a position; past the end of a line or the text, that end.
 
         >>> EditorText("a\\n😀b").offset(lsp.Position(1, 2))
         3
@@ -54,7 +54,7 @@ class EditorText:
         return at
 
     def position(self, offset: int) -> lsp.Position:
-        """The position of a character.
+        """Return the position of a character.
 
         >>> EditorText("a\\n😀b").position(3)
         1:2
@@ -66,15 +66,15 @@ class EditorText:
         return lsp.Position(line, units)
 
     def range(self, span: Span) -> lsp.Range:
-        """The range of a span."""
+        """Return the range of a span."""
         return lsp.Range(self.position(span.start), self.position(span.end))
 
     def whole(self) -> lsp.Range:
-        """The range of all of the text."""
+        """Return the range of all of the text."""
         return self.range(Span(0, len(self.text)))
 
     def changed(self, change: lsp.TextDocumentContentChangeEvent) -> "EditorText":
-        """The text after a change of a piece, or of all of it."""
+        """Return the text after a change of a piece, or of all of it."""
         text = change.text
         if isinstance(change, lsp.TextDocumentContentChangePartial):
             start, end = self.offset(change.range.start), self.offset(change.range.end)
@@ -111,7 +111,7 @@ class Project:
     # ------------------------------------------------------------- texts
 
     def open(self, uri: str, text: str) -> Path:
-        """A text is open from now on; returns its path."""
+        """Note that the editor opened a text; return its path."""
         path = path_of(uri)
         self._open[path] = EditorText(text, self.encoding)
         self._uris[path] = uri
@@ -119,7 +119,7 @@ class Project:
         return path
 
     def change(self, uri: str, changes: Iterable[lsp.TextDocumentContentChangeEvent]) -> Path:
-        """The text as the changes leave it, one after the other; returns its path."""
+        """Return the text as the changes leave it, one after the other; returns its path."""
         path = path_of(uri)
         text = self.text(path)
         for change in changes:
@@ -127,7 +127,7 @@ class Project:
         return self.open(uri, text.text)
 
     def close(self, uri: str) -> Path:
-        """The file on disk counts again; returns its path."""
+        """Forget the editor's text of a file, so that the one on disk counts; return its path."""
         path = path_of(uri)
         self._open.pop(path, None)
         self._uris.pop(path, None)
@@ -135,7 +135,7 @@ class Project:
         return path
 
     def forget(self) -> None:
-        """Whatever was found out from texts may have changed."""
+        """Forget all results that depend on texts."""
         self._analyses.clear()
         self._symbols.clear()
         self._same_names = None
@@ -146,16 +146,18 @@ class Project:
         return tuple(path for path in self._open if path.suffix != ".pl")
 
     def uri(self, path: Path) -> str:
-        """The editor's own name of a file."""
+        """Return the editor's own name of a file."""
         return self._uris.get(path) or uris.from_fs_path(str(path)) or str(path)
 
     def read(self, path: Path) -> str:
-        """The text of a file as the editor has it; OSError or ValueError if it cannot be read."""
+        """Return the text of a file as the editor has it; OSError or ValueError if it cannot be
+        read.
+        """
         opened = self._open.get(path)
         return read_text(path) if opened is None else opened.text
 
     def text(self, path: Path) -> EditorText:
-        """The text of a file with its lines; empty if it cannot be read."""
+        """Return the text of a file with its lines; empty if it cannot be read."""
         opened = self._open.get(path)
         if opened is not None:
             return opened
@@ -167,7 +169,7 @@ class Project:
     # ---------------------------------------------------------- analyses
 
     def analysis(self, path: Path) -> Analysis:
-        """What is known of a file; worked out once for each state of the texts."""
+        """Return the analysis of a file, computed once for each state of the texts."""
         found = self._analyses.get(path)
         if found is None:
             if len(self._analyses) >= ANALYSES:
@@ -177,7 +179,7 @@ class Project:
         return found
 
     def faults(self, path: Path) -> tuple[Fault, ...]:
-        """The faults of a file, as `model check` of all open files reports them."""
+        """Return the faults of a file, as `model check` of all open files reports them."""
         analysis = self.analysis(path)
         if self._same_names is None:
             self._same_names = SameNames(self.read, self.open_models)
@@ -187,18 +189,20 @@ class Project:
         return all_faults(analysis, self.builders) if self.builders else analysis.faults
 
     def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
-        """What says which faults a file would have with another text."""
+        """Return the function that finds the faults of a file with another text."""
         return lambda text: self._with_scenes(analyse(path, text, read=self.read))
 
     def symbols(self, path: Path) -> Occurrences:
-        """The symbols of a file; found once for each state of the texts."""
+        """Return the symbols of a file; found once for each state of the texts."""
         found = self._symbols.get(path)
         if found is None:
             found = self._symbols[path] = occurrences(self.analysis(path))
         return found
 
     def files_that_say(self, word: str) -> Iterator[Path]:
-        """The model files, open, beside these or in the workspace, in whose text a word occurs."""
+        """Iterate over the model files, open, beside these or in the workspace, in whose text a
+        word occurs.
+        """
         folders = [*self.folders, *(path.parent for path in self._open if path.is_absolute())]
         seen = set(self._open)
         candidates = [*self._open]
@@ -217,7 +221,7 @@ class Project:
 
 
 def path_of(uri: str) -> Path:
-    """The path of a file; of a text that is no file, a path by its name alone."""
+    """Return the path of a file; of a text that is no file, a path by its name alone."""
     return Path(uris.to_fs_path(uri) or uri.rpartition(":")[2].lstrip("/") or "untitled")
 
 
@@ -227,7 +231,9 @@ def is_builtin(path: Path) -> bool:
 
 
 def _iter_model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
-    """All files of a folder, hidden folders left out; what cannot be read is passed over."""
+    """Iterate over all files of a folder, hidden folders left out; what cannot be read is passed
+    over.
+    """
     for base, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if deep and not name.startswith("."))
         yield from (Path(base, name) for name in sorted(names))

@@ -22,7 +22,7 @@ from facetlog.grammar.units import UNITS
 
 
 def references(project: Project, symbol: Symbol, origin: Path) -> Iterator[tuple[Path, Occurrence]]:
-    """All places of a symbol, file by file: first the one `origin`."""
+    """Iterate over all places of a symbol, file by file: first the one `origin`."""
     for path in _iter_files(project, symbol, origin):
         for one in project.symbols(path).of(symbol):
             yield path, one
@@ -66,7 +66,7 @@ class Replacement:
 
 
 def why_fixed(symbol: Symbol) -> str:
-    """Why a symbol keeps its name; empty if it may get another."""
+    """Return why a symbol keeps its name; empty if it may get another."""
     if symbol.kind in _FIXED:
         return f"`{symbol.name}` {_FIXED[symbol.kind]}"
     if symbol.home is None or symbol.home.path.suffix == ".pl":
@@ -77,7 +77,7 @@ def why_fixed(symbol: Symbol) -> str:
 
 
 def renamed(project: Project, symbol: Symbol, name: str, origin: Path) -> tuple[Replacement, ...]:
-    """What has to be replaced for a symbol to be called `name`; Refusal if that cannot be.
+    """Return the edits that rename a symbol; raise Refusal if it cannot be renamed.
 
     The files are read again as they would be: no new fault may arise, and every word must stand for
     what it stood for.
@@ -112,7 +112,7 @@ def _check_spelling(name: str) -> None:
 
 
 def _with_plural(name: str, one: Occurrence) -> str:
-    """The new name, in the plural where the old one was."""
+    """Return the new name, in the plural where the old one was."""
     if not one.plural:
         return name
     return name + ("es" if name.endswith(("s", "x", "z", "ch", "sh")) else "s")
@@ -142,13 +142,13 @@ def _check_meaning(
 
 
 def _count_named(known: Occurrences, kind: SymbolKind, name: str) -> int:
-    """How often something of a kind is called so in a file."""
+    """Return how often something of a kind is called so in a file."""
     every = (one.symbol for one in known.every if one.sure)
     return sum(symbol.kind is kind and symbol.name == name for symbol in every)
 
 
 def _check_faults(before: Analysis, after: Analysis, name: str) -> None:
-    """Refuses a name that brings new faults, of any file that is read."""
+    """Refuse a name that brings new faults, of any file that is read."""
 
     def kinds(analysis: Analysis) -> Mapping[tuple[str, str], int]:
         return Counter((fault.source.name, fault.code) for fault in analysis.errors)

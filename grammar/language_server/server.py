@@ -47,15 +47,15 @@ class Protocol(LanguageServerProtocol):
     def lsp_text_document__did_change(
         self, params: lsp.DidChangeTextDocumentParams
     ) -> Iterator[object]:
-        """Hands the change on."""
+        """Hand the change on."""
         yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CHANGE], (params,), None
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """The data as it is: it is called for objects within messages, too."""
+        """Return the data as it is: it is called for objects within messages, too."""
         return data
 
     def handle_message(self, message: Any) -> None:
-        """Gives a message to its handler, or says why it is refused."""
+        """Give a message to its handler, or says why it is refused."""
         try:
             self._refuse_misplaced(message)
             structured = self._parse_message(message)
@@ -65,7 +65,7 @@ class Protocol(LanguageServerProtocol):
             super().handle_message(structured)
 
     def refuse_unreadable(self) -> None:
-        """Answers what is no JSON: nobody knows which request it was."""
+        """Answer what is no JSON: nobody knows which request it was."""
         self._send_error(None, JsonRpcParseError())
 
     def _parse_message(self, message: dict[str, Any]) -> Any:
@@ -75,7 +75,7 @@ class Protocol(LanguageServerProtocol):
             raise JsonRpcInvalidParams from error
 
     def _refuse_misplaced(self, message: Any) -> None:
-        """Raises what a message is answered with if it is none, or none for now."""
+        """Raise what a message is answered with if it is none, or none for now."""
         if not isinstance(message, dict) or message.get("jsonrpc") != self.VERSION:
             raise JsonRpcInvalidRequest
         if "method" not in message:
@@ -95,7 +95,7 @@ class Protocol(LanguageServerProtocol):
             self._get_handler(method)  # JsonRpcMethodNotFound if there is none
 
     def _refuse(self, refusal: JsonRpcException, message: Any) -> None:
-        """Answers a request with an error; a notification and an answer get none."""
+        """Answer a request with an error; a notification and an answer get none."""
         data = message if isinstance(message, dict) else {"id": None, "method": None}
         if "id" in data and "method" in data:
             number = data["id"] if _is_number(data["id"]) else None
@@ -119,7 +119,9 @@ LONGEST_NAME = 60
 
 
 def outline(file: s.File, text: EditorText) -> list[lsp.DocumentSymbol]:
-    """The constants and definitions before the first model, and the models with what they hold."""
+    """Return the constants and definitions before the first model, and the models with what they
+    hold.
+    """
     found = list(_iter_symbols(file.statements, text))
     for i, model in enumerate(file.models):
         following = file.models[i + 1].span.start if i + 1 < len(file.models) else len(text.text)
@@ -190,7 +192,7 @@ class ModelServer(LanguageServer):
         self._published: set[Path] = set()
 
     def publish_soon(self, delay: float = PAUSE_S) -> None:
-        """Faults of all open files are sent after a pause; what was waiting waits anew."""
+        """Send the faults of all open files after a pause; restart a pause that has begun."""
         if self._waiting is not None:
             self._waiting.cancel()
         self._waiting = asyncio.get_running_loop().call_later(delay, self._publish_all)
@@ -204,7 +206,7 @@ class ModelServer(LanguageServer):
         self._published = set(self.project.open_models)
 
     def report_server_error(self, error: Exception, source: "ServerErrors") -> None:
-        """Answers what is no JSON; shows the editor's user anything else that went wrong."""
+        """Answer what is no JSON; shows the editor's user anything else that went wrong."""
         if isinstance(error, ValueError | RecursionError) and source is JsonRpcException:
             self.protocol.refuse_unreadable()
         else:
@@ -218,18 +220,20 @@ class ModelServer(LanguageServer):
     def at(
         self, document: lsp.TextDocumentIdentifier, position: lsp.Position
     ) -> tuple[Path, Occurrence | None]:
-        """The file, and the symbol at a position of it."""
+        """Return the file, and the symbol at a position of it."""
         path = path_of(document.uri)
         offset = self.project.text(path).offset(position)
         return path, self.project.symbols(path).at(offset)
 
     def location(self, path: Path, one: Occurrence) -> lsp.Location:
-        """Where a symbol stands."""
+        """Return where a symbol stands."""
         return lsp.Location(self.project.uri(path), self.project.text(path).range(one.span))
 
 
 def model_server(builders: Builders) -> ModelServer:
-    """A server that is ready to be started; `builders` are the things that examples can build."""
+    """Return a server that is ready to be started; `builders` are the things that examples can
+    build.
+    """
     server = ModelServer(builders)
     _serve_texts(server)
     _serve_questions(server)

@@ -18,7 +18,7 @@ from facetlog.grammar.vocabulary import PIECE
 
 
 class SymbolKind(StrEnum):
-    """What a word can stand for."""
+    """The kinds of symbols."""
 
     MODEL = "model"
     PART = "part"
@@ -42,7 +42,7 @@ class Home:
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """What a word stands for; `home` is None if the language or facetlog itself brings it.
+    """A named thing; `home` is None if the language or facetlog itself defines it.
 
     A part, constant, definition or line that a model inherits or changes is one with that of its
     ancestor. `model` is the one that it was met in, for its description.
@@ -74,7 +74,7 @@ class Occurrences:
     every: tuple[Occurrence, ...]
 
     def at(self, offset: int) -> Occurrence | None:
-        """The symbol at a place or right before it; of two that touch, the later."""
+        """Return the symbol at a place or right before it; of two that touch, the later."""
         i = bisect_right(self.every, offset, key=lambda one: one.span.start) - 1
         if i < 0:
             return None
@@ -82,7 +82,7 @@ class Occurrences:
         return found if offset <= found.span.end + len(found.plural) else None
 
     def of(self, symbol: Symbol) -> tuple[Occurrence, ...]:
-        """Where a symbol surely stands."""
+        """Return where a symbol surely stands."""
         return tuple(one for one in self.every if one.sure and one.symbol == symbol)
 
 
@@ -104,7 +104,7 @@ class Homes:
         return found
 
     def in_model(self, name: str) -> Names:
-        """The names of a model; what an ancestor named first is at home there."""
+        """Return the names of a model; what an ancestor named first is at home there."""
         descent: list[str] = []
         at = name
         while at in self.analysis.all_models and at not in descent and at not in self._names:
@@ -116,7 +116,7 @@ class Homes:
         return self._names.get(name, {})
 
     def of_model(self, name: str) -> Home | None:
-        """Where a model begins."""
+        """Return where a model begins."""
         flat = self.analysis.all_models.get(name)
         if flat is not None:
             return Home(Path(flat.source.name), flat.written.name.span)
@@ -127,7 +127,7 @@ class Homes:
         return None
 
     def of_word(self, name: str) -> Home | None:
-        """Where a word of the user's own is declared."""
+        """Return where a word of the user's own is declared."""
         word = self.analysis.words.get(name)
         if word is None or word.source is None or word.span is None:
             return None
@@ -167,7 +167,9 @@ Locals = Mapping[str, tuple[Symbol, str]]
 
 
 def occurrences(analysis: Analysis) -> Occurrences:
-    """The symbols of the file that was analysed; those in statements that cannot be read unsure."""
+    """Return the symbols of the file that was analysed; those in statements that cannot be read
+    unsure.
+    """
     finder = _Finder(analysis)
     finder.file(analysis.file)
     finder.unreadable(analysis.file)
@@ -205,7 +207,7 @@ class _Finder:
                 self._find_in_statement(statement)
 
     def unreadable(self, file: s.File) -> None:
-        """The words of statements that cannot be read, as far as they are known by themselves."""
+        """Iterate over the known words of statements that cannot be read."""
         readable = Readable(file)
         self.sure = False
         self.model = ""
@@ -226,7 +228,7 @@ class _Finder:
                         self._add_word(name)
 
     def _iter_unread(self) -> Iterator[Layout]:
-        """The pieces of the text in which something could not be read."""
+        """Iterate over the pieces of the text in which something could not be read."""
         source = self.analysis.file.source
         places = [f.span.start for f in self.analysis.library.faults if f.source is source]
         # After so many faults no more are listed.
@@ -273,7 +275,7 @@ class _Finder:
             self._find_in_expression(node.where, {})
 
     def _find_lines(self, labels: Iterable[s.Name]) -> None:
-        """Labels after `drop` and `because`; the latter may also name sets by their counts."""
+        """Label after `drop` and `because`; the latter may also name sets by their counts."""
         for label in labels:
             self._add_known(label, SymbolKind.LINE, SymbolKind.PART)
 
@@ -341,7 +343,7 @@ class _Finder:
         return model
 
     def _get_model_of(self, name: str, brought: Locals) -> str:
-        """The model of an object, or of a set of them; empty if it is none."""
+        """Return the model of an object, or of a set of them; empty if it is none."""
         if name in brought:
             return brought[name][1]
         scope = self.analysis.scopes.get(self.model)
@@ -370,7 +372,7 @@ class _Finder:
         return self.found[-1].symbol
 
     def _add_value(self, name: s.Name, brought: Locals) -> None:
-        """A part, a set, a constant, or what `each`, `there` or a definition brings."""
+        """Add a part, a set, a constant, or a name of `each`, `there` or a definition."""
         if name.text in brought:
             self._add(SymbolKind.LOCAL, name, brought[name.text][0].home)
         else:
@@ -385,7 +387,7 @@ class _Finder:
             self.found.append(Occurrence(symbol, node.part.span))
 
     def _add_word(self, name: s.Name) -> None:
-        """A definition, a word of the vocabulary, or a model."""
+        """Add a definition, a word of the vocabulary, or a model."""
         if self._add_known(name, SymbolKind.DEFINITION):
             return
         if name.text in self.analysis.words:
@@ -399,7 +401,7 @@ class _Finder:
             self._add(SymbolKind.MODEL, name, home)
 
     def _add_kind(self, name: s.Name) -> None:
-        """The kind of a part, singular or plural, if it is a model or a shape of pieces."""
+        """Add the kind of a part, singular or plural, if it is a model or a shape of pieces."""
         found = part_kind(name.text, self.models)
         if found is not None and found[1]:
             home = self.homes.of_model(found[1])

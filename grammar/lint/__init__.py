@@ -1,1 +1,1 @@
-"""What is odd about a model without faults: what never holds, is said twice, is not used."""
+"""Lint: conditions that never hold or are repeated, and names that are not used."""

@@ -1,4 +1,4 @@
-"""What a model claims, in a form that can be compared: what lint works on."""
+"""Constraints of a model in a normal form that lint can compare."""
 
 import math
 from collections.abc import Hashable, Iterator, Mapping

@@ -80,7 +80,7 @@ class Statement:
         return Span(self.tokens[0].start, self.tokens[-1].end)
 
     def text(self, source: str) -> str:
-        """What is to be parsed: line ends and comments within are blanks, so that places stay."""
+        """Return the text to parse: line ends and comments are blanks, so that places stay."""
         start, end = self.span.start, self.span.end
         piece = source[start:end]
         if "\n" not in piece:
@@ -107,7 +107,8 @@ _MODEL = re.compile(r"^[^\S\n]*model\b", re.MULTILINE)
 
 
 def pieces(text: str) -> Iterator[Span]:
-    """The text cut before each line that begins with `model`: each piece is laid out by itself.
+    """Iterate over the text cut before each line that begins with `model`: each piece is laid out
+    by itself.
 
     Such a line begins a statement, whatever was left open before.
     """
@@ -116,7 +117,7 @@ def pieces(text: str) -> Iterator[Span]:
 
 
 def laid_out(source: Source, piece: Span | None = None) -> Layout:
-    """The statements and comments of a text, or of a piece of it."""
+    """Return the statements and comments of a text, or of a piece of it."""
     lines = _Lines(source)
     lines.take(piece or Span(0, len(source.text)))
     return Layout(tuple(lines.statements), tuple(lines.comments), tuple(lines.faults))
@@ -135,7 +136,7 @@ class _Lines:
         self._whole = True
 
     def take(self, piece: Span) -> None:
-        """Takes the tokens of a piece of the text, most of them without a call."""
+        """Take the tokens of a piece of the text, most of them without a call."""
         line_is_empty, fresh_line = True, False
         new = tuple.__new__
         for match in _TOKEN.finditer(self.source.text, *piece):
@@ -222,7 +223,7 @@ class _Lines:
 
 
 def _fix_quotes(token: Token) -> Iterator[Fix]:
-    """The fix that puts a text between curly quotes into straight ones."""
+    """Iterate over the fix that puts a text between curly quotes into straight ones."""
     inside = token.text[1:-1]
     if len(token.text) > 1 and token.text[-1] in _CLOSING:
         text = f'"{inside}"'
@@ -230,7 +231,8 @@ def _fix_quotes(token: Token) -> Iterator[Fix]:
 
 
 def _close_text(token: Token) -> Iterator[Fix]:
-    """The fix of a text that begins with a straight quote and ends with a curly one."""
+    """Iterate over the fix of a text that begins with a straight quote and ends with a curly
+    one."""
     places = [at for at, sign in enumerate(token.text) if sign in _CLOSING and at]
     if places:
         at = token.start + places[-1]

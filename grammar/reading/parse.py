@@ -58,7 +58,7 @@ def explained(
     statement: Statement,
     reach: Callable[[str], Parsing],
 ) -> Fault:
-    """The fault of a statement that cannot be read.
+    """Return the fault of a statement that cannot be read.
 
     `reach` says how far another text of it could be: if respelling one word as a keyword gets the
     parser further, that word is blamed.
@@ -232,7 +232,7 @@ def statement_trees(source: Source) -> Iterator[Tree[LarkToken]]:
 
 
 def parse(source: Source) -> Parsed:
-    """The syntax tree of a text; a faulty statement is left out, with a fault."""
+    """Return the syntax tree of a text; a faulty statement is left out, with a fault."""
     if len(source.text) > LARGEST:
         size = f"{len(source.text) / 1e6:.1f} million characters"
         message = f"a model file of {size} is not read: {LARGEST / 1e6:.0f} million at most"
@@ -294,7 +294,7 @@ def _report_too_deep(source: Source, span: Span, message: str) -> Fault:
 
 
 def _reach(text: str) -> Parsing:
-    """How far a statement's text can be read, and which words may follow there."""
+    """Return how far a statement's text can be read, and which words may follow there."""
     try:
         statement_parser().parse(text)
     except UnexpectedToken as error:

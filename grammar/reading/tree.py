@@ -44,7 +44,7 @@ def _text(token: Token | None) -> s.Text | None:
 
 
 def _make_words(_: object, parts: Parts) -> s.Name:
-    """Several words that stand for one."""
+    """Return several words that stand for one."""
     return s.Name(" ".join(parts), _span(parts))
 
 
