@@ -6,7 +6,7 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
 from facetlog.perception.detection.view_graph import view_motion
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import View
 
 __all__ = ["KEY_VIEWS", "KeyViews"]

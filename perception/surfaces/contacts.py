@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 import shapely
 
+from facetlog.perception.batch_linalg import dots, quadratic_forms
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Bools, Indices, row_starts
+from facetlog.perception.ragged import Bools, Indices, row_starts
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import distances_outside
 from facetlog.perception.surfaces.plane_table import PlaneTable

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.batch_linalg import dots
+from facetlog.perception.ragged import Bools, Indices
+from facetlog.perception.stable_order import TIE
 from facetlog.perception.surfaces.outline_overlap import following
-from facetlog.perception.ties import TIE
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Hulls", "least_rectangle", "least_rectangles"]

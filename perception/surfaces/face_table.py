@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
-from facetlog.perception.row_table import (
+from facetlog.perception.ragged import (
     Bools,
     Indices,
     chosen_places,

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray

@@ -12,12 +12,12 @@ from trimesh.exchange import gltf, ply
 from trimesh.viewer import notebook
 
 from facetlog.errors import InputError
+from facetlog.perception.atomic_write import write_whole
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.polygons import triangulate
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
-from facetlog.perception.whole_file import write_whole
 
 __all__ = [
     "add_faces",

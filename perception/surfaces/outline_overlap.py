@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.polygons import find_intersection, make_valid
-from facetlog.perception.row_table import Bools, Indices, padded_sums, row_starts
+from facetlog.perception.ragged import Bools, Indices, padded_sums, row_starts
 from facetlog.perception.types import FloatArray
 
 __all__ = [

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Indices, stacked
+from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.ragged import Indices, stacked
 from facetlog.perception.scene import Scene
 from facetlog.perception.types import FloatArray
 

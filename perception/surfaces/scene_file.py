@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from facetlog.errors import InputError
+from facetlog.perception.atomic_write import write_whole
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scene_json.lattice_bits import packed
 from facetlog.perception.surfaces.scene_json.record_faults import missing, repeated
@@ -24,7 +25,6 @@ from facetlog.perception.surfaces.scene_json.scene_fault import (
 from facetlog.perception.surfaces.scene_json.scene_numbers import number_faults
 from facetlog.perception.surfaces.scene_json.scene_of_record import END, scene_of_record
 from facetlog.perception.types import FloatArray
-from facetlog.perception.whole_file import write_whole
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 __all__ = [

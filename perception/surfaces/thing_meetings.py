@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from facetlog.perception.row_table import Bools, Indices, row_starts, row_table
+from facetlog.perception.ragged import Bools, Indices, row_starts, row_table
 from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.thing_parts import Cores, Parts
 from facetlog.perception.types import FloatArray

@@ -10,8 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Bools, Indices, pairs_in_rows, row_starts
+from facetlog.perception.batch_linalg import dots
+from facetlog.perception.ragged import Bools, Indices, pairs_in_rows, row_starts
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.face_table import FaceTable

@@ -22,10 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import hangs_behind, stands_behind
-from facetlog.perception.risen_lines import rise_from_rim
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.attached_edges import hangs_behind, rise_from_rim, stands_behind
+from facetlog.perception.batch_linalg import dots
+from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts

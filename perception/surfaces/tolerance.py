@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
-from facetlog.perception.row_table import Bools, row_starts, stacked
+from facetlog.perception.ragged import Bools, row_starts, stacked
 from facetlog.perception.scene import Face, Scene, Vertex
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray

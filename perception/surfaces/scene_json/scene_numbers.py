@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from facetlog.perception.row_table import stacked
+from facetlog.perception.ragged import stacked
 from facetlog.perception.scene import Patch, Scene
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray

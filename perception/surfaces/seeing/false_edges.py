@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from facetlog.perception.row_table import Bools
+from facetlog.perception.ragged import Bools
 from facetlog.perception.scene import Scene, SeenLattice
 from facetlog.perception.surfaces.scene_from_tracks import without_unused
 from facetlog.perception.types import FloatArray

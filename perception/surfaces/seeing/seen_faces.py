@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.polygons import make_polygon
 from facetlog.perception.scene import Face, Scene, SeenLattice
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Surface", "surfaces_of"]

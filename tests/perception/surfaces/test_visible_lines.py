@@ -11,7 +11,7 @@ from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand, scen
 from facetlog.perception.facts.drawing_facts import flat_along
 from facetlog.perception.facts.fact_schema import ON_DEMAND, fact_fault
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.junctions import Junction
+from facetlog.perception.line_drawing import Junction
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import (

@@ -6,7 +6,7 @@ alone, to the last bit, and many rows cost less than as many calls.
 
 import numpy as np
 
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["along_axes", "dots", "quadratic_forms"]

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.junctions import Junction, junction_type, rays_in_order
-from facetlog.perception.line_drawing import LineDrawing
+from facetlog.perception.line_drawing import Junction, LineDrawing, junction_type, rays_in_order
 
 SD = np.deg2rad(0.3)
 NAMED = {

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.estimation.shared_error import GROUPS, view_groups
-from facetlog.perception.ties import TIE, at_least, descending, farthest_points, largest, ranks
+from facetlog.perception.stable_order import (
+    TIE,
+    at_least,
+    descending,
+    farthest_points,
+    largest,
+    ranks,
+)
 from facetlog.perception.types import FloatArray
 
 # Rounding as of a few operations, and far below TIE.
