@@ -38,14 +38,6 @@ def _off(scene):
     return apart.min(axis=1)
 
 
-@pytest.mark.slow
-def test_three_views_show_faces_and_every_view_is_used(run):
-    _, steps = run
-    assert steps[1][1] is None
-    assert len(steps[2][1].faces) >= 2
-    assert all(update.used and not update.problem for update, _ in steps)
-
-
 def test_between_searches_each_view_makes_corners_surer(run):
     _, steps = run
     between = [k for k in range(3, VIEWS) if not steps[k][0].searched]
@@ -103,14 +95,6 @@ def test_a_view_that_has_the_corners_elsewhere_is_refused(run):
     assert not update.used
     assert update.problem.startswith("shifted.png contradicts")
     assert online.scene is scene
-
-
-def test_a_picture_that_shows_nothing_is_named(run):
-    online, _ = run
-    view = tour("block")[0]
-    update = online.add(replace(view, name="dark.png", image=np.zeros_like(view.image)))
-    assert not update.used
-    assert update.problem.startswith("dark.png: ")
 
 
 @pytest.mark.slow

@@ -27,13 +27,6 @@ def test_other_bytes_are_refused_or_hold_the_bits(content: bytes) -> None:
         assert unpacked(content, (3, 4)).shape == (3, 4)
 
 
-def test_what_is_cut_short_or_goes_on_is_refused() -> None:
-    whole = packed(np.ones((2, 3, 5), dtype=np.bool_))
-    for content in (b"", whole[:-1], whole + b"x"):
-        with pytest.raises(ValueError, match="does not hold 30 bits"):
-            unpacked(content, (2, 3, 5))
-
-
 def test_what_would_fill_the_memory_is_not_unpacked() -> None:
     bomb = zlib.compress(bytes(50_000_000))
     tracemalloc.start()
