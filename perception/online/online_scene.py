@@ -1,7 +1,7 @@
 """A scene that views come to one at a time.
 
 Two loops, as in visual SLAM (Klein and Murray 2007): each view updates by the recursion what is
-known, in time that does not grow; and when the kept views (key_views.py) have become a third more
+known, in time that does not grow; and when the kept views have become a third more
 or other, faces are searched anew in them, which takes as long as it does for so many views.
 """
 
@@ -13,28 +13,32 @@ from scipy.special import chdtri
 
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import (
+    Pictures,
     prepared_pictures,
     tracked_faces,
 )
 from facetlog.perception.detection.picture_faults import nothing_shown
+from facetlog.perception.detection.view_graph import view_motion
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
 from facetlog.perception.estimation.texture_triangulation import triangulated
-from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
-from facetlog.perception.online.key_views import KeyViews
-from facetlog.perception.online.loose_lines import with_loose_lines
+from facetlog.perception.online.one_view import CornerReadings, OneView
 from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
+from facetlog.perception.stable_order import largest
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
-from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
+from facetlog.perception.surfaces.reconstruct import SceneOfFaces, reconstruct, scene_of_faces
+from facetlog.perception.surfaces.scene_from_tracks import Stated
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["OnlineScene", "Update"]
+__all__ = ["KEY_VIEWS", "KeyViews", "OnlineScene", "Update"]
+
+# Views that are kept with their pictures, as many as the paper's tour has: of the demo's table 12
+# of them show six faces, all 24 nine (seed 0).
+KEY_VIEWS = 24
 
 # Faces are searched in three views and more, and again when so large a share of the kept views is
 # new: seven searches for the first 24 views. Once views are let go, what they showed is mostly
@@ -63,6 +67,35 @@ class Update:
     searched: bool = False
     corners: int = 0
     lines: int = 0
+
+
+@dataclass(eq=False, slots=True)
+class KeyViews:
+    """Views (of any size) and what each shows; `changes` counts those taken since the
+    last search, `complete` says that none was let go."""
+
+    views: tuple[View, ...] = ()
+    looked: Pictures | None = None
+    changes: int = 0
+    complete: bool = True
+
+    def add(self, view: View, looked: Pictures) -> None:
+        """Takes a view; beyond KEY_VIEWS the one goes that is most like another."""
+        self.views = (*self.views, view)
+        self.looked = looked if self.looked is None else self.looked.extended_by(looked)
+        self.changes += 1
+        if len(self.views) <= KEY_VIEWS:
+            return
+        motion = view_motion(self.views)
+        np.fill_diagonal(motion, np.inf)
+        # Of the two most alike the one goes whose next neighbour is nearer.
+        nearest = np.sort(motion, axis=1)
+        gone = largest(-nearest[:, 0], -nearest[:, 1])
+        self.complete = False
+        self.changes -= gone == len(self.views) - 1
+        kept = [k for k in range(len(self.views)) if k != gone]
+        self.views = tuple(self.views[k] for k in kept)
+        self.looked = self.looked.select(kept)
 
 
 class OnlineScene:
@@ -100,14 +133,11 @@ class OnlineScene:
         with self.clock.step("update"):
             corners = lines = 0
             if self.scene is not None and self.scene.faces:
-                hidden = hidden_surface(looked.views[0], self.scene)
-                readings = corner_readings(self.scene, looked, hidden)
-                corners, problem = self._filter(view, readings)
+                one = OneView.of(self.scene, view, looked)
+                corners, problem = self._filter(view, one.corner_readings())
                 if problem:
                     return self._refused(problem)
-                self.scene, lines = with_loose_lines(
-                    self.scene, looked, view, hidden, self._extra_px, self._factor
-                )
+                self.scene, lines = one.with_loose_lines(self.scene, self._extra_px, self._factor)
             self._key.add(view, looked)
             self._taken += 1
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
@@ -221,15 +251,9 @@ class OnlineScene:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        found = scene_of_faces(
-            tracked,
-            key.views,
-            name=self._name,
-            up=self._up,
-            metric=self._metric,
-            clock=clock,
-            errors=stated_errors(key.views, self._error_kind),
-        )
+        errors = stated_errors(key.views, self._error_kind)
+        stated = Stated(self._name, self._up, self._metric, errors=errors)
+        found = scene_of_faces(tracked, key.views, stated, clock)
         self._found, made = found, found.assembled
         self._extra_px, self._factor = made.extra_px, made.factor
         self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0

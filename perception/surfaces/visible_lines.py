@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from facetlog.perception.line_drawing import LineDrawing
+from facetlog.perception.ragged import joined
 from facetlog.perception.surfaces.drawing.frustum import NEAR_SHARE
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import Camera, FloatArray, Pose
@@ -244,8 +243,7 @@ def _points(
     if not len(ends):
         return np.zeros(0, dtype=np.intp), np.zeros((0, 2)), np.zeros(0, dtype=np.intp)
     near = cKDTree(ends).query_pairs(SAME_POINT_PX, output_type="ndarray")
-    linked = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), (len(ends), len(ends)))
-    count, of = connected_components(linked, directed=False)
+    count, of = joined(len(ends), near)
     first = np.full(count, np.iinfo(np.intp).max)
     named = vertex >= 0
     np.minimum.at(first, of[named], vertex[named])

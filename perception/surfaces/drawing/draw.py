@@ -13,11 +13,13 @@ from facetlog.perception.surfaces.drawing.hidden_surface import (
     faces_camera,
     hidden_surface,
 )
-from facetlog.perception.surfaces.drawing.legend import PAPER, with_legend
 from facetlog.perception.surfaces.drawing.lettering import (
+    PAPER,
+    WHITE,
     Colour,
     ColourImage,
     Lettering,
+    with_legend,
 )
 from facetlog.perception.surfaces.drawing.upright import turned_pixel, upright
 from facetlog.perception.types import FloatArray, View
@@ -36,7 +38,6 @@ SAMPLE_PX = 1.0  # an edge is tested for being hidden at every so many px
 TINT_MEASURED, TINT_IMPLIED = 0.38, 0.18
 ELLIPSE_SD = 2.0
 GOLDEN = 0.6180339887498949  # turns of the hue circle: any number of faces get distinct hues
-WHITE: Colour = (255, 255, 255)
 YELLOW: Colour = (60, 230, 255)
 EDGE: Colour = (90, 255, 90)
 

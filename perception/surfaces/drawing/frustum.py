@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from facetlog.perception.flat_faces import part_above
 from facetlog.perception.types import Camera, FloatArray, Pose
 
 __all__ = ["Frustum"]
@@ -44,16 +45,7 @@ class Frustum:
         """
         points = self.in_camera(ring)
         for plane in self._planes(points):
-            inside = points @ plane[:3] + plane[3]
-            kept: list[FloatArray] = []
-            for i in range(len(points)):
-                j = (i + 1) % len(points)
-                if inside[i] >= 0:
-                    kept.append(points[i])
-                if (inside[i] >= 0) != (inside[j] >= 0):
-                    share = inside[i] / (inside[i] - inside[j])
-                    kept.append(points[i] + share * (points[j] - points[i]))
-            points = np.array(kept).reshape(-1, 3)
+            points = part_above(points, points @ plane[:3] + plane[3])
         return self.pixels(points) if len(points) >= 3 else np.empty((0, 2))
 
     def segment(self, start: ArrayLike, end: ArrayLike) -> FloatArray | None:

@@ -2,12 +2,24 @@
 
 import itertools
 import unicodedata
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "wrap", "write"]
+__all__ = [
+    "PAPER",
+    "WHITE",
+    "Colour",
+    "ColourImage",
+    "Lettering",
+    "plain",
+    "text_size",
+    "with_legend",
+    "wrap",
+    "write",
+]
 
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red
@@ -16,6 +28,10 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 # The letters of OpenCV's stroke fonts are 21 px high at scale 1.
 LETTER_HEIGHT = 21.0
 RIM: Colour = (0, 0, 0)
+WHITE: Colour = (255, 255, 255)
+PAPER: Colour = (32, 32, 32)
+"""The ground of what is written, and of sheets."""
+LEGEND_PX = 9.0  # letters of a legend, for a picture 640 px on its long side
 SPELLED_OUT = {"±": "+/-", "°": " deg", "×": "x", "²": "2", "–": "-", "—": "-", "…": "..."}
 
 
@@ -104,3 +120,14 @@ def write(
 
 def _stroke(height: float) -> int:
     return max(1, round(height / 10))
+
+
+def with_legend(image: ColourImage, lines: Sequence[str], scale: float) -> ColourImage:
+    """The picture (H, W, 3) with lines below it, wrapped, in letters `scale` times as large."""
+    width = image.shape[1]
+    height = LEGEND_PX * scale
+    wrapped = [row for line in lines for row in wrap(plain(line), height, width - 2 * height)]
+    strip = np.full((round(height * (1.9 * len(wrapped) + 1.2)), width, 3), PAPER, dtype=np.uint8)
+    for row, line in enumerate(wrapped):
+        write(strip, line, (height, height * (1.9 * row + 1.9)), height, WHITE)
+    return np.vstack([image, strip])

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.scene import Body, Edge, Face, Patch, Plane, Scene, SightLines, Vertex
+from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, SightLines, Vertex
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "boxes",
     "chair",
     "cuboid",
+    "extrude_profile",
     "l_block",
     "moved",
     "one_object",
@@ -164,11 +165,18 @@ def l_block(
         (length / 2, height),
         (0.0, height),
     ]
+    return extrude_profile(profile, width, sd=sd, name="l_block")
+
+
+def extrude_profile(
+    profile: Sequence[tuple[float, float]], width: float, *, sd: float, name: str
+) -> Scene:
+    """Return the prism from y = 0 to `width` over a profile (x, z), anticlockwise seen from -y."""
     points = [(x, y, z) for y in (0.0, width) for x, z in profile]
     n = len(profile)
     loops: list[tuple[int, ...]] = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
     loops += [(i, n + i, n + (i + 1) % n, (i + 1) % n) for i in range(n)]
-    return polyhedron(points, loops, sd=sd, name="l_block")
+    return polyhedron(points, loops, sd=sd, name=name)
 
 
 def room_corner(
@@ -299,33 +307,19 @@ def seen_from(scene: Scene, *eyes: ArrayLike) -> Scene:
 
 
 def together(*scenes: Scene, name: str = "scene") -> Scene:
-    """One scene of all vertices, edges and faces; up and scale are the first one's."""
+    """Return one scene of all vertices, edges and faces; up and scale are the first one's."""
     vertices: list[Vertex] = []
     edges: list[Edge] = []
     faces: list[Face] = []
     for scene in scenes:
         n = len(vertices)
         vertices += scene.vertices
-        edges += [Edge(n + e.start, n + e.end, e.support, e.evidence) for e in scene.edges]
-        faces += [
-            Face(
-                tuple(n + i for i in f.outline),
-                f.plane,
-                tuple(tuple(n + i for i in ring) for ring in f.holes),
-                f.support,
-                f.coverage,
-                f.evidence,
-            )
-            for f in scene.faces
-        ]
-    return Scene(
-        name,
-        vertices=tuple(vertices),
-        edges=tuple(edges),
-        faces=tuple(faces),
-        up=scenes[0].up,
-        metric=scenes[0].metric,
-    )
+        edges += [replace(e, start=n + e.start, end=n + e.end) for e in scene.edges]
+        for face in scene.faces:
+            outline, *holes = (tuple(n + i for i in r) for r in (face.outline, *face.holes))
+            faces.append(replace(face, outline=outline, holes=tuple(holes)))
+    first = scenes[0]
+    return Scene(name, (), tuple(vertices), tuple(edges), tuple(faces), first.up, first.metric)
 
 
 def moved(
@@ -350,39 +344,35 @@ def moved(
             normal, float(scale * old.offset - normal @ shift), change @ old.cov @ change.T
         )
 
-    return Scene(
-        scene.name,
-        scene.views,
-        tuple(
-            Vertex(
-                scale * turn @ v.point + shift,
-                scale**2 * turn @ v.cov @ turn.T,
-                v.observations,
-                v.label,
-            )
+    def move(points: FloatArray) -> FloatArray:
+        return scale * points @ turn.T + shift
+
+    return replace(
+        scene,
+        vertices=tuple(
+            replace(v, point=scale * turn @ v.point + shift, cov=scale**2 * turn @ v.cov @ turn.T)
             for v in scene.vertices
         ),
-        scene.edges,
-        tuple(replace(face, plane=plane(face.plane)) for face in scene.faces),
-        None if scene.up is None else turn @ scene.up,
-        scene.metric,
-        scene.warnings,
-        tuple(
-            Patch(scale * p.points @ turn.T + shift, p.normals @ turn.T, scale**2 * p.areas, p.hull)
+        faces=tuple(replace(face, plane=plane(face.plane)) for face in scene.faces),
+        up=None if scene.up is None else turn @ scene.up,
+        patches=tuple(
+            replace(p, points=move(p.points), normals=p.normals @ turn.T, areas=scale**2 * p.areas)
             for p in scene.patches
         ),
-        scene.bodies,
         sights=tuple(
-            SightLines(scale * turn @ s.origin + shift, scale * s.ends @ turn.T + shift, s.view)
-            for s in scene.sights
+            SightLines(scale * turn @ s.origin + shift, move(s.ends), s.view) for s in scene.sights
         ),
         lattices=tuple(
             replace(
                 seen,
                 corner=scale * turn @ seen.corner + shift,
                 steps=scale * seen.steps @ turn.T,
-                origins=scale * seen.origins @ turn.T + shift,
+                origins=move(seen.origins),
             )
             for seen in scene.lattices
         ),
+        poses=(),
+        cameras=(),
+        lenses=(),
+        scale_sd=0.0,
     )

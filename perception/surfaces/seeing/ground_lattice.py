@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import MIN_FACING_SINE
 from facetlog.perception.flat_faces import part_above, plane_axes
-from facetlog.perception.surfaces.seeing.eyes import BEFORE_PX, NEAREST
+from facetlog.perception.surfaces.seeing.seen_faces import BEFORE_PX, NEAREST
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["PITCH_PX", "GroundLattice"]

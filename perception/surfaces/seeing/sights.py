@@ -16,10 +16,8 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene, SightLines
-from facetlog.perception.surfaces.seeing.eyes import Eye, where_none_ends
-from facetlog.perception.surfaces.seeing.face_looks import Look
 from facetlog.perception.surfaces.seeing.false_edges import without_false_edges
-from facetlog.perception.surfaces.seeing.seen_faces import surfaces_of
+from facetlog.perception.surfaces.seeing.seen_faces import Eye, Look, surfaces_of, where_none_ends
 from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
 from facetlog.perception.types import FloatArray, View
 

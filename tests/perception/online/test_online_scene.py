@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.line_front_end.faces_from_lines import prepared_pictures
-from facetlog.perception.online.key_views import KEY_VIEWS, KeyViews
-from facetlog.perception.online.online_scene import OnlineScene
+from facetlog.perception.online.online_scene import KEY_VIEWS, KeyViews, OnlineScene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Pose

@@ -32,9 +32,9 @@ from facetlog.perception.surfaces.scene_file import (
     scene_to_json,
     write_scene,
 )
-from facetlog.perception.surfaces.scene_json.lattice_bits import packed
-from facetlog.perception.surfaces.scene_json.record_faults import MOST_COPIES
-from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST
+from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST
+from facetlog.perception.surfaces.scene_json.scene_fault import MOST_COPIES
+from facetlog.perception.surfaces.scene_json.scene_of_record import packed
 from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(-LARGEST, LARGEST)

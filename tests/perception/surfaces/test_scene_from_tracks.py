@@ -8,7 +8,7 @@ import pytest
 from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.estimation.pose_noise import pose_noise_px
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.scene_from_tracks import assemble
+from facetlog.perception.surfaces.scene_from_tracks import Stated, assemble
 from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
 from facetlog.perception.types import (
     Camera,
@@ -70,7 +70,7 @@ def tracked(views: tuple[View, ...], seed: int = 0, sd: float = PIXEL_SD) -> Tra
 
 
 def scene_of(found: TrackedFaces, views: tuple[View, ...], **given: object) -> Scene:
-    return assemble(found, views, name="block", up=None, metric=False, **given).scene
+    return assemble(found, views, Stated("block", **given)).scene
 
 
 def vertex_errors(scene: Scene) -> FloatArray:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
+from facetlog.perception.surfaces.reconstruct import looking_apart, one_direction, reconstruct
 from facetlog.perception.types import Pose, View
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import make_world

@@ -15,7 +15,7 @@ from facetlog.perception.scene import (
     Vertex,
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST, LEAST, number_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST, LEAST, number_faults
 from facetlog.perception.types import Camera, Observation, Pose
 
 CUBE = cuboid(0.3, 0.2, 0.1)

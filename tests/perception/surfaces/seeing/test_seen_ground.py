@@ -12,8 +12,7 @@ from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.seeing.ground_lattice import GroundLattice
-from facetlog.perception.surfaces.seeing.ground_level import aligned_ground
-from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
+from facetlog.perception.surfaces.seeing.seen_ground import GroundViews, seen_ground
 from facetlog.perception.types import FloatArray, Image, Pose, View
 from tests.perception.detection.drawings import CAMERA, HEIGHT, WIDTH, with_noise
 
@@ -159,12 +158,12 @@ def test_the_ground_is_put_where_its_print_agrees(off: float, lean: float) -> No
     views = [picture(place, FLOOR, pattern(PLATE_GREY, 15.0, 1)) for place in apart]
     levels = GreyLevels(views, [gradient(view.image) for view in views])
     tilted = np.array([lean, 0.0, np.sqrt(1.0 - lean**2)])
-    every, alike = np.arange(len(views)), np.ones(len(views))
-    normal, height = aligned_ground(views, levels, every, alike, (tilted, off), UP)
+    seeing = GroundViews(views, levels, np.arange(9), np.ones(9, np.float32))
+    normal, height = seeing.aligned((tilted, off), UP)
     np.testing.assert_allclose(normal, UP)
     # a pixel is .02
     assert height == pytest.approx(0.0, abs=0.025)
-    near = aligned_ground(views, levels, every, alike, (tilted, off))[1]
+    near = seeing.aligned((tilted, off))[1]
     assert abs(near) <= abs(off)
 
 

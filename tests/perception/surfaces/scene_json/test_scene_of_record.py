@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 
-from facetlog.perception.surfaces.scene_json.lattice_bits import packed, unpacked
+from facetlog.perception.surfaces.scene_json.scene_of_record import packed, unpacked
 
 
 @given(arrays(np.bool_, array_shapes(max_dims=3)))
