@@ -25,7 +25,7 @@ UPRIGHT = float(np.cos(np.deg2rad(30.0)))
 def stands_behind(
     segments: FloatArray, corners: FloatArray, normal: FloatArray
 ) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) begin just behind a face and stay within its outline (n,).
+    """Return which segments (n, 2, 3) begin just behind a face and stay within its outline (n,).
 
     `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal.
 
@@ -42,7 +42,8 @@ def stands_behind(
 
 
 def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
-    """Whether a face with these sides (n, 2, 3) begins at another from behind, within its outline.
+    """Return whether a face with these sides (n, 2, 3) begins at another from behind, within its
+    outline.
 
     `corners` and `normal` are the other's; of a board pictures often show the upper side alone, so
     what begins no farther behind than boards are thick begins there.
@@ -53,7 +54,7 @@ def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> 
 
 
 def lies_inside(segments: FloatArray, corners: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) lie behind a face within its outline, however deep (n,).
+    """Return which segments (n, 2, 3) lie behind a face within its outline, however deep (n,).
 
     Of a solid that is where its inside is: no view shows an edge there.
     """
@@ -85,7 +86,7 @@ def rise_from_rim(
     up: FloatArray,
     posts: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) rise from the rim of a face, or hang together with such (n,).
+    """Return which segments (n, 2, 3) rise from the rim of a face, or hang together with such (n,).
 
     `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal, `up` (3,) a unit
     vector. Those that stand at the rim are about upright, and of `posts` (n,) where that is given;
@@ -134,7 +135,7 @@ def _upright(segments: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
 def _with_joined(
     segments: FloatArray, found: NDArray[np.bool_], may: NDArray[np.bool_], reach: float
 ) -> NDArray[np.bool_]:
-    """Those `found`, and of those that `may` all that hang together with them."""
+    """Return which are `found`, or `may` be and hang together with such (n,)."""
     found, left = found.copy(), np.flatnonzero(may & ~found)
     fresh = np.flatnonzero(found)
     while len(left) and len(fresh):
@@ -148,7 +149,9 @@ def _with_joined(
 
 
 def _away(ends: FloatArray, segments: FloatArray) -> FloatArray:
-    """How far ends (n, 2, 3) are from segments (n, 2, 3), or from or of a single one: (n, 2)."""
+    """Return how far ends (n, 2, 3) are from segments (n, 2, 3), or from or of a single one: (n,
+    2).
+    """
     start, span = segments[:, :1], segments[:, 1:] - segments[:, :1]
     square = np.maximum((span * span).sum(axis=-1), 1e-300)
     t = np.clip(((ends - start) * span).sum(axis=-1) / square, 0.0, 1.0)

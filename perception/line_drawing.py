@@ -51,7 +51,9 @@ class Junction(StrEnum):
 
 
 def collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
-    """Which two of n directions (n,) of these deviations (n,), radians, are opposite: (n, n)."""
+    """Return which two of n directions (n,) of these deviations (n,), radians, are opposite: (n,
+    n).
+    """
     # the remainder of a straight angle, in -pi .. pi
     off = (angles[:, None] - angles[None, :]) % (2 * np.pi) - np.pi
     variance = sds[:, None] ** 2 + sds[None, :] ** 2 + 2 * ROUNDING_SD**2
@@ -59,7 +61,8 @@ def collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
 
 
 def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-    """The directions (n,) as indices in ascending order, and the gap (n,) behind each, radians.
+    """Return the directions (n,) as indices in ascending order, and the gap (n,) behind each,
+    radians.
 
     The widest gap comes last: it is that from the last direction to the first. Of gaps that are
     equal but for rounding it is the first one from 0 on.
@@ -78,7 +81,8 @@ def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
 
 
 def junction_type(angles: FloatArray, sds: FloatArray) -> Junction:
-    """The type of a junction from the directions (n,) of its lines and their deviations, radians.
+    """Return the type of a junction from the directions (n,) of its lines and their deviations,
+    radians.
 
     Directions point away from the vertex; it makes no difference which way they are counted, or
     from where. ValueError for no line at all.
@@ -151,14 +155,14 @@ class LineDrawing:
     def between(
         cls, points: FloatArray, lines: NDArray[np.intp], sds: FloatArray | float = 0.0
     ) -> "LineDrawing":
-        """The drawing whose lines are directed as their ends say."""
+        """Return the drawing whose lines are directed as their ends say."""
         points, lines = np.reshape(points, (-1, 2)), np.reshape(lines, (-1, 2))
         du, dv = (points[lines[:, 1]] - points[lines[:, 0]]).T
         return cls(points, lines, np.arctan2(-dv, du), np.broadcast_to(sds, len(lines)).copy())
 
     @cached_property
     def rays(self) -> tuple[Rays | None, ...]:
-        """What meets at each point; None where no line ends."""
+        """The lines that meet at each point; None where no line ends."""
         ends = np.concatenate([self.lines[:, 0], self.lines[:, 1]])
         far = np.concatenate([self.lines[:, 1], self.lines[:, 0]])
         number = np.tile(np.arange(len(self.lines)), 2)
@@ -175,7 +179,7 @@ class LineDrawing:
         return tuple(found)
 
     def contour(self) -> tuple[tuple[int, int], ...]:
-        """The lines round what is drawn, as (from, to): what is drawn lies to their right.
+        """Return the lines round what is drawn, as (from, to): what is drawn lies to their right.
 
         Lines that end alone bound nothing.
 

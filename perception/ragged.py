@@ -29,7 +29,7 @@ Bools = NDArray[np.bool_]
 
 
 def row_starts(lengths: Indices) -> Indices:
-    """Where each row begins (r,).
+    """Return where each row begins (r,).
 
     >>> row_starts(np.array([3, 2])).tolist()
     [0, 3]
@@ -38,7 +38,7 @@ def row_starts(lengths: Indices) -> Indices:
 
 
 def row_table(lengths: Indices) -> tuple[Indices, Bools]:
-    """Places (r, k) of the rows' entries, k the longest, and which of them are there (r, k).
+    """Return places (r, k) of the rows' entries, k the longest, and which of them are there (r, k).
 
     A row that is shorter repeats its last entry.
 
@@ -53,7 +53,7 @@ def row_table(lengths: Indices) -> tuple[Indices, Bools]:
 
 
 def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
-    """Sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
+    """Return sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
     if not len(lengths):
         return np.zeros((0, *values.shape[1:]))
     sums: FloatArray = np.add.reduceat(values, row_starts(lengths), axis=0)
@@ -61,7 +61,7 @@ def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
 
 
 def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
-    """Places of all entries of some rows, row by row.
+    """Return places of all entries of some rows, row by row.
 
     >>> chosen_places(np.array([3, 2, 1]), np.array([2, 0])).tolist()
     [5, 0, 1, 2]
@@ -72,7 +72,7 @@ def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
 
 
 def padded_sums(table: FloatArray) -> FloatArray:
-    """Sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
+    """Return sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
 
     >>> padded_sums(np.array([[1.0, 2.0, 0.0]]))
     array([3.])
@@ -83,7 +83,7 @@ def padded_sums(table: FloatArray) -> FloatArray:
 
 
 def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
-    """Places (p,) of every pair of an entry of one kind with one of another in the same row.
+    """Return places (p,) of every pair of an entry of one kind with one of another in the same row.
 
     The rows have `firsts` (r,) and `seconds` (r,) entries.
 
@@ -97,14 +97,14 @@ def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
 
 
 def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
-    """Arrays of one shape as rows (n, ...)."""
+    """Return arrays of one shape as rows (n, ...)."""
     if not arrays:
         return np.zeros((0, *shape))
     return np.concatenate(arrays).reshape(-1, *shape)
 
 
 def group_sums(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
-    """Sums (count,) or (count, k) of values (n,) or (n, k), by the group (n,) of each.
+    """Return sums (count,) or (count, k) of values (n,) or (n, k), by the group (n,) of each.
 
     >>> group_sums(np.array([0, 2, 0]), [1.0, 2.0, 3.0], 3)
     array([4., 0., 2.])
@@ -117,7 +117,7 @@ def group_sums(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
 
 
 def by_group(groups: Indices) -> Iterator[Indices]:
-    """The indices of each group that has any, by the groups' numbers.
+    """Return the indices of each group that has any, by the groups' numbers.
 
     >>> [own.tolist() for own in by_group(np.array([5, 0, 5]))]
     [[1], [0, 2]]
@@ -128,7 +128,7 @@ def by_group(groups: Indices) -> Iterator[Indices]:
 
 
 def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:
-    """How many groups `count` nodes make that are joined by pairs (k, 2), and each node's.
+    """Return how many groups `count` nodes make that are joined by pairs (k, 2), and each node's.
 
     >>> joined(4, [(3, 1)])
     (3, array([0, 1, 2, 1]))

@@ -1,4 +1,4 @@
-"""What one more view shows of a scene that is known: its corners, and its loose edges.
+"""Corners and loose edges of a known scene as one more view shows them.
 
 Loose edges bound no face: each is a line in space, whose ends are hardly known along it.
 """

@@ -55,8 +55,8 @@ LEAST_READ = 4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Update:
-    """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
-    searched, and how many corners and loose edges it updated.
+    """The outcome of a view: whether it was `used`, a problem with it; whether faces were searched,
+    and how many corners and loose edges it updated.
 
     A search may find that views which were taken contradict the others: `problem` names them when
     that is first seen. They may turn out right when more views have come.
@@ -80,7 +80,7 @@ class KeyViews:
     complete: bool = True
 
     def add(self, view: View, looked: Pictures) -> None:
-        """Takes a view; beyond KEY_VIEWS the one goes that is most like another."""
+        """Take a view; beyond KEY_VIEWS the one goes that is most like another."""
         self.views = (*self.views, view)
         self.looked = looked if self.looked is None else self.looked.extended_by(looked)
         self.changes += 1
@@ -99,7 +99,7 @@ class KeyViews:
 
 
 class OnlineScene:
-    """What is known after each of the views that are added."""
+    """A scene that is known after each of the views that are added."""
 
     def __init__(
         self,
@@ -126,7 +126,9 @@ class OnlineScene:
         self._named: set[str] = set()
 
     def add(self, view: View) -> Update:
-        """What is known with one more view; a view that shows nothing or contradicts is named."""
+        """Update the scene by one more view; a view that shows nothing or contradicts is
+        named.
+        """
         if (fault := nothing_shown(view.image)) is not None:
             return self._refused(f"{view.name}: {fault}")
         looked = prepared_pictures([view], self.clock)
@@ -165,7 +167,7 @@ class OnlineScene:
         return self._key.views
 
     def finish(self, *, polish: bool) -> str:
-        """Completes the scene by what each of the kept views saw, and polishes it first or not.
+        """Complete the scene by what each of the kept views saw, and polish it first or not.
 
         To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
         corners together. If no view was let go the scene is then that of all views at once; else it
@@ -206,14 +208,14 @@ class OnlineScene:
         return "; ".join(kept.problems)
 
     def _corrected(self) -> ViewSet:
-        """The kept views, their poses corrected where they were counted up."""
+        """Return the kept views, their poses corrected where they were counted up."""
         views = self._key.views
         errors = stated_errors(views, self._error_kind)
         kept = ViewSet(self._name, views, metric=self._metric, pose_errors=errors)
         return kept if errors is None else with_refined_poses(kept)
 
     def _before(self) -> Scene | None:
-        """The scene so far, where the recursion knows what the kept views do not show."""
+        """Return the scene so far, where the recursion knows what the kept views do not show."""
         # To take the surer of two estimates from the same views would be to take the one too sure.
         return None if self._key.complete else self.scene
 
@@ -277,7 +279,9 @@ def _says_more(scene: Scene, than: Scene) -> bool:
 
 
 def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
-    """Vertices of the new scene and those of the old one that they may be, each at most once."""
+    """Return vertices of the new scene and those of the old one that they may be, each at most
+    once.
+    """
     if old is None or not old.vertices or not new.vertices:
         return {}
     before, after = ([v.cov for v in s.vertices] for s in (old, new))
@@ -293,7 +297,7 @@ def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
 
 
 def _same_faces(old: Scene | None, new: Scene) -> bool:
-    """Whether the faces of the new scene are those of the old one, corner by corner."""
+    """Return whether the faces of the new scene are those of the old one, corner by corner."""
     if old is None or len(old.faces) != len(new.faces):
         return False
     same = _same_corners(old, new)
@@ -302,7 +306,7 @@ def _same_faces(old: Scene | None, new: Scene) -> bool:
 
 
 def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
-    """The new scene with the corners of the old one where they are the same and surer."""
+    """Return the new scene with the corners of the old one where they are the same and surer."""
     touched = np.zeros(len(new.vertices), np.bool_)
     if old is None:
         return new, touched
@@ -316,7 +320,7 @@ def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool
 
 
 def _refitted(scene: Scene, touched: NDArray[np.bool_]) -> Scene:
-    """The scene with the planes of the faces whose corners were updated."""
+    """Return the scene with the planes of the faces whose corners were updated."""
     return replace(scene, faces=tuple(_face(scene, f, touched) for f in scene.faces))
 
 

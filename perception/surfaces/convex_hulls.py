@@ -38,7 +38,7 @@ class Hulls:
         loops: Bools | None = None,
         slack: FloatArray | None = None,
     ) -> None:
-        """Hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
+        """Find the hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
 
         What is there of `loops` (r,), if they are given, comes first and is a convex loop already.
         Corners no further than `slack` (r,) from the line between their neighbours are left out, so
@@ -65,7 +65,7 @@ class Hulls:
             self._straighten(self.of(flat), slack)
 
     def _straighten(self, corners: FloatArray, slack: FloatArray) -> None:
-        """Leaves out what is nearer than `slack` to the line between its neighbours."""
+        """Leave out what is nearer than `slack` to the line between its neighbours."""
         for row in np.flatnonzero(~_sharp(corners, self.sizes, slack)).tolist():
             kept = _sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
             own = self.places[row, kept]
@@ -74,12 +74,13 @@ class Hulls:
             self.places[row, : len(own)] = own
 
     def of(self, values: FloatArray) -> FloatArray:
-        """The values (r, h, ...) at the hulls' corners, of all points' (r, k, ...)."""
+        """Return the values (r, h, ...) at the hulls' corners, of all points' (r, k, ...)."""
         return np.asarray(values[np.arange(len(self.sizes))[:, None], self.places])
 
 
 def _hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
-    """Places of each row's hull, counter-clockwise from the lowest x on, by GEOS, all at once.
+    """Return places of each row's hull, counter-clockwise from the lowest x on, by GEOS, all at
+    once.
 
     GEOS decides exactly what is a corner. So corners that are one but for rounding remain.
     """
@@ -109,7 +110,9 @@ def _hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
 
 
 def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
-    """Which loops (r, k, 2) have no corner within `slack` (r,) of the line of its neighbours."""
+    """Return which loops (r, k, 2) have no corner within `slack` (r,) of the line of its
+    neighbours.
+    """
     rows, slack = np.arange(len(loops))[:, None], slack[:, None]
     after = following(sizes, loops.shape[1])
     second = after[rows, after]
@@ -122,7 +125,8 @@ def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
 
 
 def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
-    """Places of a convex loop's corners that are farther than `slack` from their neighbours' line.
+    """Return places of a convex loop's corners that are farther than `slack` from their neighbours'
+    line.
 
     All, if less than three are left.
     """
@@ -138,7 +142,9 @@ def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
 
 
 def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
-    """Direction (2,) of the longer side, and both sides, of the least rectangle round (n, 2)."""
+    """Return the direction (2,) of the longer side, and both sides, of the least rectangle round
+    (n, 2).
+    """
     directions, lengths, widths = least_rectangles(flat[None], np.ones((1, len(flat)), np.bool_))
     return directions[0], float(lengths[0]), float(widths[0])
 
@@ -146,7 +152,8 @@ def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
 def least_rectangles(
     flat: FloatArray, there: Bools, loops: Bools | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Directions (r, 2) of the longer sides, and both sides (r,), of the least rectangles round.
+    """Return directions (r, 2) of the longer sides, and both sides (r,), of the least rectangles
+    round.
 
     Of the rectangles with a side on the hull of the points (r, k, 2) that are `there` (r, k), and
     within 1 % of the least area, it is the longest. `loops` (r,) as for Hulls.
@@ -189,6 +196,6 @@ def _least(corners: FloatArray, sizes: Indices) -> tuple[FloatArray, FloatArray,
 
 
 def _reaches(corners: FloatArray, ways: FloatArray) -> FloatArray:
-    """Extents (r, w) of corners (r, k, 2) along unit vectors (r, w, 2)."""
+    """Return extents (r, w) of corners (r, k, 2) along unit vectors (r, w, 2)."""
     reach = dots(corners[:, :, None], ways[:, None])
     return np.asarray(reach.max(axis=1) - reach.min(axis=1), dtype=np.float64)

@@ -67,7 +67,7 @@ def reconstruct(
     progress: Progress | None = None,
     clock: StepClock | None = None,
 ) -> Scene:
-    """The scene that the views show; InconsistentViewsError if their poses contradict them.
+    """Return the scene that the views show; InconsistentViewsError if their poses contradict them.
 
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
     ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
@@ -119,14 +119,16 @@ class SceneOfFaces:
     views: tuple[View, ...]
 
     def seen(self, scene: Scene, clock: StepClock) -> Scene:
-        """The scene, `assembled.scene` or what became of it, with what each view saw of it."""
+        """Return the scene, `assembled.scene` or what became of it, with what each view saw of
+        it.
+        """
         tracked = self.tracked
         with clock.step("sights"):
             return with_sights(scene, self.views, tracked.weight, tracked.ground, tracked.landmarks)
 
     def complete(self, scene: Scene, clock: StepClock) -> Scene:
-        """The scene as `seen`, observations in pixels of the pictures as stored, and what is to be
-        said of the views.
+        """Return the scene as `seen`, observations in pixels of the pictures as stored, and what is
+        to be said of the views.
         """
         scene = self.seen(scene, clock)
         corners = sorted({k for face in scene.faces for k in face.outline})
@@ -184,7 +186,7 @@ def _seen(views: Sequence[View], method: _Method) -> SceneOfFaces:
 def _seen_anew(
     seen: SceneOfFaces, views: Sequence[View], method: _Method
 ) -> tuple[SceneOfFaces, Scene]:
-    """The same from views corrected by what their lenses were found to be off by.
+    """Return the scene of views corrected by what their lenses were found to be off by.
 
     Through a lens that is not as stated faces are seen in part, and in wrong places: what is far
     off is found in steps.
@@ -241,7 +243,7 @@ def _paper_front_end(views: Sequence[View], method: _Method) -> TrackedFaces:
 
 
 def one_direction(views: Sequence[View], corners: FloatArray | None = None) -> tuple[str, ...]:
-    """A warning where all views see most corners of faces (n, 3) from one direction.
+    """Return a warning where all views see most corners of faces (n, 3) from one direction.
 
     Without a corner the point that the views look at stands for them.
     """
@@ -256,7 +258,7 @@ def one_direction(views: Sequence[View], corners: FloatArray | None = None) -> t
 
 
 def looking_apart(views: Sequence[View]) -> tuple[str, ...]:
-    """A line where most cameras have the point behind them that their axes pass nearest to.
+    """Return a line where most cameras have the point behind them that their axes pass nearest to.
 
     Such cameras may see a room; no thing that stands between them.
     """

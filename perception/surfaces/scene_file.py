@@ -43,7 +43,9 @@ def write_scene(scene: Scene, path: Path) -> None:
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene of a `facetlog-scene/1` file; raises InputError naming the file and the place."""
+    """Return the scene of a `facetlog-scene/1` file; raises InputError naming the file and the
+    place.
+    """
     try:
         content = read_regular(path, MOST_SCENE_BYTES)
     except OSError as exc:
@@ -107,7 +109,7 @@ def _to_json(value: object) -> object:
 
 
 def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
-    """The scene of a JSON text; `source` is what messages call it.
+    """Return the scene of a JSON text; `source` is what messages call it.
 
     Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
     """
@@ -124,7 +126,7 @@ def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
 
 
 def _record(text: str | bytes, source: str) -> SceneRecord:
-    """What a JSON text says; SceneFileError if it has another form."""
+    """Return what a JSON text says; SceneFileError if it has another form."""
     try:
         return SceneRecord.model_validate_json(text)
     except ValidationError as exc:
@@ -136,7 +138,7 @@ def _record(text: str | bytes, source: str) -> SceneRecord:
 
 
 def _said(kind: str, message: str) -> str:
-    """What pydantic says on one line; of what is no JSON, also the way out."""
+    """Return what pydantic says on one line; of what is no JSON, also the way out."""
     line = " ".join(message.split())
     if kind != "json_invalid":
         return line

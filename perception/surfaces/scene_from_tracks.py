@@ -32,7 +32,7 @@ OFF_SDS = 3.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stated:
-    """What is stated of a scene beside its views: name, world frame, unit and errors of poses.
+    """Statements about a scene beside its views: name, world frame, unit and errors of poses.
 
     With `sd_limit` a vertex takes its observations in the order of the views until its largest
     standard deviation is below. `lens_is_off` says that the lenses are known not to be as stated.
@@ -178,7 +178,7 @@ def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> As
 
 
 def without_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
-    """The scene with these of its edges, and without vertices that nothing has any more."""
+    """Return the scene with these of its edges, and without vertices that nothing has any more."""
     rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
     used = sorted(
         {k for ring in rings for k in ring} | {k for e in edges for k in (e.start, e.end)}

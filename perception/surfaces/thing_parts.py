@@ -61,7 +61,9 @@ class Parts:
         return order, self.vertex[order]
 
     def holders(self, vertices: Indices) -> tuple[Indices, Indices]:
-        """(place among `vertices`, part) (m,) each, for all parts that have one of these (v,)."""
+        """Return (place among `vertices`, part) (m,) each, for all parts that have one of these
+        (v,).
+        """
         order, ordered = self._ordered
         first = np.searchsorted(ordered, vertices, "left")
         counts = np.searchsorted(ordered, vertices, "right") - first
@@ -71,7 +73,9 @@ class Parts:
         ]
 
     def on_loose_edges(self) -> tuple[Indices, Indices]:
-        """(vertex, part) (m,) each, wherever a vertex lies on a loose edge that ends elsewhere."""
+        """Return (vertex, part) (m,) each, wherever a vertex lies on a loose edge that ends
+        elsewhere.
+        """
         points, tolerance = self.table.points, self.table.tolerance
         if not len(self.loose):
             return NONE, NONE
@@ -95,7 +99,7 @@ class Parts:
 
 
 def _loose_pairs(parts: Parts) -> Iterator[tuple[int, int]]:
-    """Pairs of loose edges that share an end, or of which one ends on the other."""
+    """Return pairs of loose edges that share an end, or of which one ends on the other."""
     count = len(parts.table)
     if not len(parts.loose):
         return
@@ -144,8 +148,8 @@ class _Meetings:
 
 
 def _meetings(cores: Cores, near: tuple[Indices, Indices]) -> tuple[_Meetings, ...]:
-    """All meetings of parts with faces of other cores; `near` are vertices (v,) and faces (v,) at
-    whose planes they are.
+    """Return all meetings of parts with faces of other cores; `near` are vertices (v,) and faces
+    (v,) at whose planes they are.
     """
     found: list[_Meetings] = []
 
@@ -238,13 +242,13 @@ class _Heights:
         return cls(vertex, face, begin, gap, tolerance.within(sds, table.scene[face]))
 
     def near(self) -> tuple[Indices, Indices]:
-        """Vertices (v,) and the faces (v,) at whose planes they are."""
+        """Return vertices (v,) and the faces (v,) at whose planes they are."""
         near = np.abs(self.gap) <= self.limit
         return self.vertex[near], self.face[near]
 
 
 def stances(cores: Cores) -> dict[tuple[int, int], Stance]:
-    """For each core and each face of another core that it meets, its stance."""
+    """Return the stance of each core at each face of another core that it meets."""
     found: dict[tuple[int, int], Stance] = defaultdict(Stance)
     if len(cores.bodies) == 1:
         return found

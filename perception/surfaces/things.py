@@ -59,8 +59,8 @@ class Thing:
 
 
 def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
-    """Whether a face of some outline (k, 3) is much longer than the contact, whose farthest points
-    `span` (3,) joins.
+    """Return whether a face of some outline (k, 3) is much longer than the contact, whose farthest
+    points `span` (3,) joins.
     """
     length = float(np.linalg.norm(span))
     if length == 0.0:
@@ -70,7 +70,7 @@ def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
 
 
 def _farthest(points: FloatArray) -> FloatArray:
-    """The longest of the differences between points (n, 3), n small."""
+    """Return the longest of the differences between points (n, 3), n small."""
     differences = points[:, None] - points[None]
     squares = np.einsum("ijk,ijk->ij", differences, differences)
     longest: FloatArray = differences[np.unravel_index(int(np.argmax(squares)), squares.shape)]
@@ -78,8 +78,8 @@ def _farthest(points: FloatArray) -> FloatArray:
 
 
 def _beside_faces(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: loose edges that stand behind a face within its outline, near enough, or rise
-    from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
+    """Return pairs of cores: loose edges that stand behind a face within its outline, near enough,
+    or rise from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
     """
     parts, table = cores.parts, cores.parts.table
     if not len(parts.loose):
@@ -98,8 +98,9 @@ def _beside_faces(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
 
 
 def _under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: an upward face, and an upright one that stands beneath it within its outline
-    and begins as near behind it as boards are thick. What has a top of its own is another thing.
+    """Return pairs of cores: an upward face, and an upright one that stands beneath it within its
+    outline and begins as near behind it as boards are thick. What has a top of its own is another
+    thing.
 
     `pictured` (s,) are scenes of pictures.
     """
@@ -118,7 +119,7 @@ def _under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int
 
 
 def _stands_apart(cores: Cores, core: int, face: int, how: Stance) -> bool:
-    """Whether a core in front of a face only stands there: see the module's rules."""
+    """Return whether a core in front of a face only stands there: see the module's rules."""
     table, rise = cores.parts.table, float(cores.parts.rise[face])
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
@@ -134,7 +135,7 @@ def _stands_apart(cores: Cores, core: int, face: int, how: Stance) -> bool:
 
 
 def _is_turned(cores: Cores, core: int, face: int) -> bool:
-    """Whether no face of a core but level ones is along or square to an upright face."""
+    """Return whether no face of a core but level ones is along or square to an upright face."""
     parts = cores.parts
     own = np.flatnonzero(cores.of[: len(parts.table)] == core)
     upright = own[np.abs(parts.rise[own]) <= LEVEL_ENOUGH]
@@ -152,7 +153,8 @@ def find_things(
     edges: tuple[Indices, Indices],
     loose: Indices,
 ) -> tuple[Thing, ...]:
-    """The bodies of scenes that tell them apart, of others their things by their first faces.
+    """Return the bodies of scenes that tell them apart, of others their things by their first
+    faces.
 
     `edges` are vertices (e, 2) and how many of them each scene has (s,); `loose` (l,) are those
     that bound no face, ascending. What of these joins no face belongs to no thing.
@@ -197,7 +199,7 @@ def find_things(
 def _told(
     bodies: Sequence[tuple[Body, ...]], first_face: Indices, first_edge: Indices, loose: Indices
 ) -> Iterator[Thing]:
-    """The bodies that scenes tell apart as things."""
+    """Return the bodies that scenes tell apart as things."""
     known = set(loose.tolist())
     begins = zip(first_face.tolist(), first_edge.tolist(), strict=True)
     for scene, (own, (face, edge)) in enumerate(zip(bodies, begins, strict=True)):

@@ -36,7 +36,7 @@ SPELLED_OUT = {"±": "+/-", "°": " deg", "×": "x", "²": "2", "–": "-", "—
 
 
 def plain(text: str) -> str:
-    """The text in printable ASCII, for the stroke fonts know nothing else.
+    """Return the text in printable ASCII, for the stroke fonts know nothing else.
 
     >>> plain("90° ± 0.4°")
     '90 deg +/- 0.4 deg'
@@ -48,7 +48,7 @@ def plain(text: str) -> str:
 
 
 def text_size(text: str, height: float) -> tuple[int, int]:
-    """Width and height in px of the text with letters of the given height in px."""
+    """Return the width and height in px of the text with letters of the given height in px."""
     (width, tall), below = cv2.getTextSize(text, FONT, height / LETTER_HEIGHT, _stroke(height))
     return width, tall + below
 
@@ -67,7 +67,7 @@ class Lettering:
         height: float,
         colour: Colour,
     ) -> bool:
-        """Writes the text centred at the first of the spots (u, v) where it is free; else not."""
+        """Write the text centred at the first of the spots (u, v) where it is free; else not."""
         text = plain(text)
         width, tall = text_size(text, height)
         for u, v in spots:
@@ -89,7 +89,9 @@ class Lettering:
 
 
 def wrap(text: str, height: float, width: float) -> list[str]:
-    """The text in rows of at most `width` px where its words allow; letters `height` px high."""
+    """Return the text in rows of at most `width` px where its words allow; letters `height` px
+    high.
+    """
     rows: list[str] = []
     for word in text.split():
         longer = f"{rows[-1]} {word}" if rows else word
@@ -108,7 +110,7 @@ def write(
     colour: Colour,
     rim: Colour | None = RIM,
 ) -> None:
-    """Writes ASCII text, with a rim if any; `start` is the left end of the base line, px."""
+    """Write ASCII text, with a rim if any; `start` is the left end of the base line, px."""
     at = round(start[0]), round(start[1])
     scale, stroke = height / LETTER_HEIGHT, _stroke(height)
     if rim is not None:
@@ -123,7 +125,9 @@ def _stroke(height: float) -> int:
 
 
 def with_legend(image: ColourImage, lines: Sequence[str], scale: float) -> ColourImage:
-    """The picture (H, W, 3) with lines below it, wrapped, in letters `scale` times as large."""
+    """Return the picture (H, W, 3) with lines below it, wrapped, in letters `scale` times as
+    large.
+    """
     width = image.shape[1]
     height = LEGEND_PX * scale
     wrapped = [row for line in lines for row in wrap(plain(line), height, width - 2 * height)]

@@ -38,7 +38,7 @@ NAMED = 5
 
 
 def scene_faults(scene: Scene) -> Iterator[SceneFault]:
-    """All faults of a scene's geometry, whose numbers are sound; none if it is sound, too.
+    """Return all faults of a scene's geometry, whose numbers are sound; none if it is sound, too.
 
     - vertices that no edge, face or patch uses;
     - outlines without area, that cross themselves, or run the wrong way, and holes that lie
@@ -51,14 +51,16 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
 
 
 def unsound_faces(faces: Sequence[Face], vertices: Sequence[Vertex]) -> tuple[int, ...]:
-    """The indices of the faces that `scene_faults` would name in a scene of these vertices."""
+    """Return the indices of the faces that `scene_faults` would name in a scene of these
+    vertices.
+    """
     return tuple(dict.fromkeys(index for index, _ in _face_faults(faces, vertices)))
 
 
 def _face_faults(
     faces: Sequence[Face], vertices: Sequence[Vertex]
 ) -> Iterator[tuple[int, SceneFault]]:
-    """The faults of faces, each with the face's index."""
+    """Return the faults of faces, each with the face's index."""
     if not faces:
         return
     points = stacked([vertex.point for vertex in vertices], 3)
@@ -87,8 +89,8 @@ def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
 
 
 def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
-    """Which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the right way,
-    and all corners near their plane.
+    """Return which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the
+    right way, and all corners near their plane.
     """
     lengths = np.array([len(face.outline) for face in faces], dtype=np.intp)
     starts = row_starts(lengths)
@@ -114,7 +116,7 @@ def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
 
 
 def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[SceneFault]:
-    """What is wrong with the loops of a face."""
+    """Return what is wrong with the loops of a face."""
     corners = points[list(face.outline)]
     axes = plane_axes(face.plane.normal, corners[1] - corners[0])
     outline, *holes = (
@@ -157,8 +159,8 @@ def _extent(loop: FloatArray) -> float:
 
 
 def _is_crossed(loop: FloatArray, slack: float) -> bool:
-    """Whether a loop crosses itself: what it encloses is another area than the signed one, by more
-    than `slack`.
+    """Return whether a loop crosses itself: what it encloses is another area than the signed one,
+    by more than `slack`.
 
     Where it only touches itself, as two pieces do that share a corner, it is the same.
     """
@@ -168,7 +170,7 @@ def _is_crossed(loop: FloatArray, slack: float) -> bool:
 def _plane_faults(
     place: str, face: Face, vertices: Sequence[Vertex], points: FloatArray
 ) -> Iterator[SceneFault]:
-    """The vertices that are off the plane of a face."""
+    """Return the vertices that are off the plane of a face."""
     outline = points[list(face.outline)]
     extent = float(np.linalg.norm(outline.max(axis=0) - outline.min(axis=0)))
     loops = {f"{place}.outline": face.outline}
@@ -190,7 +192,8 @@ def _plane_faults(
 
 
 def number_faults(scene: Scene) -> Iterator[SceneFault]:
-    """All faults of a scene's numbers, each at its JSON path; none if facts can be made of them.
+    """Return all faults of a scene's numbers, each at its JSON path; none if facts can be made of
+    them.
 
     - up, or a normal of a patch, is no unit vector;
     - a covariance is not symmetric, has a negative variance in some direction, or one too large;
@@ -221,7 +224,7 @@ def _widest_extent(points: FloatArray) -> float:
 
 
 def _large(rows: FloatArray) -> list[int]:
-    """Which rows (n, k) hold what is beyond LARGEST."""
+    """Return which rows (n, k) hold what is beyond LARGEST."""
     if not len(rows) or np.abs(rows).max() <= LARGEST:
         return []
     return np.flatnonzero((np.abs(rows) > LARGEST).any(axis=1)).tolist()
@@ -263,7 +266,7 @@ def _patch_faults(place: str, patch: Patch) -> Iterator[SceneFault]:
 
 
 def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
-    """Faults of lines of sight, and of cameras and where they stood."""
+    """Return faults of lines of sight, and of cameras and where they stood."""
     for i, lines in enumerate(scene.sights):
         if np.abs(lines.origin).max() > LARGEST:
             yield SceneFault(f"$.sights[{i}].origin", BEYOND)
@@ -292,7 +295,7 @@ def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
 
 
 def _covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterator[SceneFault]:
-    """Which of some matrices (n, k, k) at their places are no covariances, and why."""
+    """Return which of some matrices (n, k, k) at their places are no covariances, and why."""
     count = len(covs)
     if not count or _surely_covariances(covs):
         return
@@ -315,7 +318,9 @@ def _covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterato
 
 
 def _surely_covariances(covs: FloatArray) -> bool:
-    """Whether all matrices are: two thirds of the time are saved where they are to the last bit."""
+    """Return whether all matrices are: two thirds of the time are saved where they are to the last
+    bit.
+    """
     variances = np.diagonal(covs, axis1=1, axis2=2)
     scale = variances.max(axis=1)
     # No entry of a covariance is larger than the largest variance.

@@ -23,7 +23,7 @@ Place = tuple[int | str, ...]
 
 
 class SceneFault(NamedTuple):
-    """What is wrong in a scene file, and where: a JSON path as $.faces[3].outline."""
+    """A fault of a scene file and its place: a JSON path as $.faces[3].outline."""
 
     path: str
     message: str
@@ -42,12 +42,12 @@ class SceneFileError(InputError):
 
 
 def json_path(place: Place) -> str:
-    """As messages write it: $.faces[3].outline."""
+    """Return the JSON path of a place, as $.faces[3].outline."""
     return "$" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
 
 
 def missing(record: SceneRecord) -> Iterator[SceneFault]:
-    """Faults for what indices name and the scene does not have."""
+    """Return faults for what indices name and the scene does not have."""
     for place, kind, highest, count in _references(record):
         if highest >= count:
             yield SceneFault(
@@ -56,7 +56,7 @@ def missing(record: SceneRecord) -> Iterator[SceneFault]:
 
 
 def repeated(record: SceneRecord) -> Iterator[SceneFault]:
-    """Faults for faces that are there over and over: of n copies n² angles would be facts.
+    """Return faults for faces that are there over and over: of n copies n² angles would be facts.
 
     A few are let through, of the same vertices or of others at the same places: models that people
     draw have doubled panels.
@@ -76,7 +76,9 @@ def repeated(record: SceneRecord) -> Iterator[SceneFault]:
 
 
 def _references(record: SceneRecord) -> Iterator[tuple[Place, str, int, int]]:
-    """Where indices stand, of what they are, the highest of them, and how many there are of it."""
+    """Yield where indices stand, of what they are, the highest of them, and how many there are of
+    it.
+    """
     vertices, views = len(record.vertices), len(record.views)
     for i, vertex in enumerate(record.vertices):
         for j, seen in enumerate(vertex.observations):

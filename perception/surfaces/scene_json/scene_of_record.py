@@ -44,7 +44,7 @@ END = np.dtype("<f4")
 
 
 def scene_of_record(record: SceneRecord, source: str) -> Scene:
-    """The scene; `source` is what messages call it.
+    """Return the scene; `source` is what messages call it.
 
     Raises SceneFileError naming the place, or ValueError, most often for an index of nothing.
     """
@@ -69,7 +69,8 @@ def scene_of_record(record: SceneRecord, source: str) -> Scene:
 
 
 def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
-    """The rows as one array (n, width) that is not writeable: what is cut from it is not copied.
+    """Return the rows as one array (n, width) that is not writeable: what is cut from it is not
+    copied.
 
     Number by number: numpy takes twice as long to find out how tuples are nested.
     """
@@ -79,7 +80,7 @@ def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
 
 
 def _squares(matrices: Collection[Sequence[Sequence[float]]], width: int) -> FloatArray:
-    """The same of matrices (n, width, width)."""
+    """Return matrices as one array (n, width, width) that is not writeable."""
     rows = tuple(chain.from_iterable(matrices))
     return _vectors(rows, width).reshape(len(matrices), width, width)
 
@@ -173,12 +174,12 @@ def _posed(record: PosedCameraRecord, index: int, source: str) -> tuple[Camera, 
 
 
 def packed(bits: NDArray[np.bool_]) -> bytes:
-    """The bits in their order, eight a byte, the first one highest, compressed by zlib."""
+    """Return the bits in their order, eight a byte, the first one highest, compressed by zlib."""
     return zlib.compress(np.packbits(bits).tobytes())
 
 
 def unpacked(content: bytes, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """The bits that were packed, in that shape.
+    """Return the bits that were packed, in that shape.
 
     ValueError if there are others than so many, or none. No more is unpacked than these take.
     """

@@ -59,7 +59,7 @@ class Surface:
 
     @classmethod
     def of(cls, face: Face, rings: tuple[FloatArray, ...], pitch: float) -> "Surface":
-        """The face with these rings, the outline first, and points so far apart at most."""
+        """Return the face with these rings, the outline first, and points so far apart at most."""
         basis, polygon = _laid_flat(face, rings)
         if not polygon.area > 0:
             return cls(face, rings, rings[0][0], np.zeros((2, 3)), np.zeros((0, 0), np.bool_))
@@ -82,7 +82,9 @@ class Surface:
         return found
 
     def seen(self, origins: FloatArray, shown: NDArray[np.bool_]) -> SeenLattice | None:
-        """What views with their centres at origins (V, 3) see of the points, `shown` (V, n)."""
+        """Return what views with their centres at origins (V, 3) see of the points, `shown` (V,
+        n).
+        """
         views = np.flatnonzero(shown.any(axis=1))
         if not len(views):
             return None
@@ -95,7 +97,7 @@ class Surface:
 
 
 def surfaces_of(scene: Scene) -> list[Surface]:
-    """The faces of the scene, their points about equally dense but on small ones."""
+    """Return the faces of the scene, their points about equally dense but on small ones."""
     rings = [
         tuple(scene.points[list(ring)] for ring in (face.outline, *face.holes))
         for face in scene.faces
@@ -131,14 +133,16 @@ class Eye:
         self._masks = [self._drawn(surface) for surface in surfaces]
 
     def rays(self, uv: FloatArray) -> FloatArray:
-        """Rays (n, 3) through pixels (n, 2), as long as to reach one unit forward."""
+        """Return rays (n, 3) through pixels (n, 2), as long as to reach one unit forward."""
         camera = self.view.camera
         x, y = ((uv - [camera.cx, camera.cy]) / [camera.fx, camera.fy]).T
         rays: FloatArray = np.stack([x, y, np.ones(len(uv))], axis=1) @ self.view.pose.rotation.T
         return rays
 
     def depths(self, uv: FloatArray) -> FloatArray:
-        """How far forward each face (F, n) lies on the rays of pixels (n, 2) in the picture."""
+        """Return how far forward each face (F, n) lies on the rays of pixels (n, 2) in the
+        picture.
+        """
         depth = np.full((len(self._masks), len(uv)), np.inf)
         column, row = np.rint(uv).astype(np.intp).T
         rays = self.rays(uv)
@@ -152,7 +156,7 @@ class Eye:
         return depth
 
     def in_sight(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Which points (n, 3) lie in the picture and no face lies before."""
+        """Return which points (n, 3) lie in the picture and no face lies before."""
         uv, depth = project_points(self.view.projection, points)
         seen = np.logical_and(depth > 0, in_picture(uv, self.size))
         nearest = self.depths(uv[seen]).min(axis=0, initial=np.inf)
@@ -160,7 +164,7 @@ class Eye:
         return seen
 
     def pixel(self, depth: FloatArray) -> FloatArray:
-        """The length of a pixel so far forward."""
+        """Return the length of a pixel so far forward."""
         return depth / self.view.camera.fx
 
     def _drawn(self, surface: Surface) -> NDArray[np.uint8]:
@@ -179,7 +183,9 @@ class Eye:
 
 
 def where_none_ends(view: View, ends: FloatArray, points: FloatArray) -> FloatArray:
-    """Of points (n, 3) that a view sees one in each cell of its picture without an end (m, 3)."""
+    """Choose, of points (n, 3) that a view sees, one in each cell of its picture without an end (m,
+    3).
+    """
     cells, first = np.unique(_cells(view, points), return_index=True)
     chosen: FloatArray = points[np.sort(first[~np.isin(cells, _cells(view, ends))])]
     return chosen
@@ -193,7 +199,8 @@ def _cells(view: View, points: FloatArray) -> NDArray[np.intp]:
 
 
 def in_picture(uv: FloatArray, size: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Which pixels (..., 2) are inside the border of a picture of that width and height (2,).
+    """Return which pixels (..., 2) are inside the border of a picture of that width and height
+    (2,).
 
     By a pixel, where rounding stays in the picture.
     """
@@ -214,14 +221,14 @@ class Look:
 
     @classmethod
     def at(cls, surface: Surface, views: int) -> "Look":
-        """Before any view looked."""
+        """Return the look at a face before any view looked."""
         points = surface.points
         rows = views, len(points)
         before, inside = np.zeros(views, dtype=np.bool_), np.zeros(rows, dtype=np.bool_)
         return cls(surface, points, before, inside, np.full(rows, -1))
 
     def through(self, view: int, eye: Eye, number: int) -> None:
-        """Looks by one view at the face, which has this number among all."""
+        """Look by one view at the face, which has this number among all."""
         points = self.points
         if not len(points):
             return
@@ -245,13 +252,15 @@ class Look:
         return tuple((by, share) for by, share in shares if share >= LEAST_HIDDEN)
 
     def shown(self, photos: PhotometricViews) -> NDArray[np.bool_]:
-        """Which views show which points of the face (V, n), as others do."""
+        """Return which views show which points of the face (V, n), as others do."""
         clear = self.before[:, None] & self.inside & (self.hider < 0)
         found, _ = photos.agree(np.arange(len(clear)), self.points, clear=clear)
         return found.agrees & (found.ratio > 0)
 
     def face(self, shown: NDArray[np.bool_]) -> Face:
-        """The face with what each view before it shows of it, of which points (V, n) are shown."""
+        """Return the face with what each view before it shows of it, of which points (V, n) are
+        shown.
+        """
         face = self.surface.face
         if not len(self.points):
             return face

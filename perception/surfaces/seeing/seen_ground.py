@@ -117,7 +117,8 @@ def seen_ground(
     ground: tuple[FloatArray, float],
     up: FloatArray | None = None,
 ) -> tuple[SeenLattice, ...]:
-    """Up to two lattices on the ground: what the views see of it by its print, and by its levels.
+    """Return up to two lattices on the ground: what the views see of it by its print, and by its
+    levels.
 
     `levels` are those of the views, and `weight` (V,) is as in `PhotometricViews`; `faces` are the
     rings of corners, each (k, 3), of what may hide the ground, which is a normal (3,) to the views'
@@ -162,7 +163,7 @@ def _widened(shadow: _Bits) -> _Bits:
 
 
 def _heights(normals: Sequence[FloatArray], middle: FloatArray, pixel: float) -> Iterator[Plane]:
-    """Planes about a point, pixel by pixel, the nearest first."""
+    """Return planes about a point, pixel by pixel, the nearest first."""
     for offset in sorted(range(-FARTHEST, FARTHEST + 1), key=abs):
         for normal in normals:
             yield normal, float(middle @ normal) + offset * pixel

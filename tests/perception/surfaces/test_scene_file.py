@@ -80,7 +80,7 @@ def lattices(draw: st.DrawFn, views: int) -> SeenLattice:
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """What is sound, with all that geometry leaves open."""
+    """Draw sound scenes, with all that geometry leaves open."""
     made = draw(st.sampled_from([cuboid, room_corner, plate]))()
     views = draw(st.lists(st.text(max_size=5), max_size=3))
     view = st.integers(0, max(len(views) - 1, 0))

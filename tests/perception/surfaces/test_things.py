@@ -1,4 +1,4 @@
-"""What belongs together: things are cut from what they stand on, and keep what is part of them."""
+"""Things are cut from what they stand on, and keep what is part of them."""
 
 from collections import Counter
 from dataclasses import replace

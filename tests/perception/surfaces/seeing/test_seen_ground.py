@@ -1,4 +1,4 @@
-"""What of the ground nine views from above see past a plate: all beside it, and nothing beneath."""
+"""Nine views from above see all of the ground beside a plate, and nothing beneath it."""
 
 from collections.abc import Sequence
 from functools import cache

@@ -1,4 +1,4 @@
-"""What the views of a scene saw: shares of faces, what hides them, and how far one saw."""
+"""Sights of the views of a scene: shares of faces, what hides them, and how far one saw."""
 
 from dataclasses import replace
 from functools import cache
@@ -86,7 +86,7 @@ def square(distance: float, low: float, high: float) -> FloatArray:
 
 
 def seen(*squares: FloatArray, landmarks: Landmarks | None = None) -> Scene:
-    """What three views of noise from one place, a little apart, show of squares."""
+    """Return squares as three views of noise, a little apart, show them."""
     loops = [list(range(4 * n, 4 * n + 4)) for n in range(len(squares))]
     places = [np.array([x, 0.0, 0.0]) for x in (-0.001, 0.0, 0.001)]
     views: list[View] = [
