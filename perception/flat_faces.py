@@ -57,13 +57,14 @@ class FlatFace:
         return self.rings[0]
 
     def flatten(self, points: FloatArray) -> FloatArray:
-        """Coordinates (n, 2) in the face's plane of points (n, 3)."""
+        """Return coordinates (n, 2) in the face's plane of points (n, 3)."""
         flat: FloatArray = (points - self.middle) @ self.axes.T
         return flat
 
 
 def plane_axes(normal: FloatArray, along: FloatArray) -> FloatArray:
-    """Two unit vectors (..., 2, 3), right-handed with `normal` (..., 3), the first near `along`.
+    """Return two unit vectors (..., 2, 3), right-handed with `normal` (..., 3), the first near
+    `along`.
 
     >>> plane_axes(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 1.0]))
     array([[1., 0., 0.],
@@ -83,7 +84,7 @@ def plane_axes(normal: FloatArray, along: FloatArray) -> FloatArray:
 
 
 def cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Cross products over the last axis; for small arrays ten times as fast as numpy's.
+    """Return cross products over the last axis; for small arrays ten times as fast as numpy's.
 
     >>> cross(np.array([1.0, 0.0, 0.0]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
     array([[ 0.,  0.,  1.],
@@ -99,12 +100,12 @@ def cross(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def ring_sides(corners: FloatArray) -> FloatArray:
-    """The sides (k, 2, 3) of a ring of corners (k, 3), each from one corner to the next."""
+    """Return the sides (k, 2, 3) of a ring of corners (k, 3), each from one corner to the next."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def vector_area(loop: FloatArray) -> FloatArray:
-    """½ Σ pi × pi+1 of a loop (k, 3): its length is the area, its direction the normal.
+    """Return ½ Σ pi × pi+1 of a loop (k, 3): its length is the area, its direction the normal.
 
     >>> vector_area(np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]]))
     array([0., 0., 6.])
@@ -115,7 +116,8 @@ def vector_area(loop: FloatArray) -> FloatArray:
 
 
 def part_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
-    """What of a polygon (k, 3) has heights, linear in space and (k,) at its corners, of 0 or more.
+    """Return the part of a polygon (k, 3) that has heights, linear in space and (k,) at its
+    corners, of 0 or more.
 
     (0, 3) if nothing has.
     """
@@ -130,7 +132,8 @@ def part_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
 
 
 def crossing(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> FloatArray | None:
-    """Where two lines cross (2,), each a point (2,) and a direction (2,); None if nearly parallel.
+    """Return where two lines cross (2,), each a point (2,) and a direction (2,); None if nearly
+    parallel.
 
     >>> crossing((np.zeros(2), np.array([1.0, 0])), (np.array([3.0, 1]), np.array([0, 1.0])))
     array([3., 0.])

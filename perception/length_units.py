@@ -28,7 +28,8 @@ class Length:
 
 
 def stated_length(text: str, option: str) -> Length:
-    """The length that a text states with its unit; InputError for another, which names the option.
+    """Return the length that a text states with its unit; InputError for another, which names the
+    option.
 
     >>> stated_length("17.6mm", "--square")
     Length(metres=0.0176, sd=None)

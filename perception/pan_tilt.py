@@ -30,7 +30,8 @@ def _world_from_image_frame(pan: float, tilt: float, skew: float) -> FloatArray:
 
 
 def pan_tilt_pose(x: float, y: float, z: float, pan: float, tilt: float, skew: float = 0.0) -> Pose:
-    """Pose of a camera with its pinhole at (x, y, z); angles in radians, as the paper's A, B, C.
+    """Return the pose of a camera with its pinhole at (x, y, z); angles in radians, as the paper's
+    A, B, C.
 
     >>> pose = pan_tilt_pose(0, 0, 0, pan=0.0, tilt=-np.pi / 2)
     >>> (pose.rotation @ [0, 0, 1]).round(9) + 0.0  # level, looks to +y
@@ -44,7 +45,7 @@ def pan_tilt_pose(x: float, y: float, z: float, pan: float, tilt: float, skew: f
 def projection_matrix(
     x: float, y: float, z: float, pan: float, tilt: float, skew: float, focal: float
 ) -> FloatArray:
-    """T of equation (9), (3, 4): world (homogeneous) to (ku, kv, k) on the image plane.
+    """Return T of equation (9), (3, 4): world (homogeneous) to (ku, kv, k) on the image plane.
 
     u and v are in the unit of `focal`, from the principal point; angles in radians.
     """

@@ -1,4 +1,4 @@
-"""The nouns of a scene: vertex, plane, edge, face, patch, body, and lines of sight.
+"""The parts of a scene: vertex, plane, edge, face, patch, body, and lines of sight.
 
 World frame: right-handed, any unit of length (metres where the unit is known).
 """
@@ -69,11 +69,11 @@ class Plane:
             raise ValueError("the normal is not of unit length")
 
     def flipped(self) -> "Plane":
-        """The same plane with the opposite normal."""
+        """Return the plane with the opposite normal."""
         return Plane(-self.normal, -self.offset, self.cov)
 
     def distance(self, points: ArrayLike) -> FloatArray:
-        """Signed distance of points (..., 3), positive on the side the normal points to."""
+        """Return signed distance of points (..., 3), positive on the side the normal points to."""
         return np.asarray(points, dtype=np.float64) @ self.normal + self.offset
 
 
@@ -99,7 +99,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class FaceSight:
-    """What a view (its index) before a face shows of it, as shares of the face's area in [0, 1].
+    """How a view (its index) before a face shows it, as shares of the face's area in [0, 1].
 
     `seen` is what it shows, `hidden` what other faces (their indices) hide, each with its share,
     `outside` what lies beyond the picture's border. On the rest the picture does not agree with the
@@ -238,7 +238,7 @@ class Scene:
     """
 
     name: str
-    """What the scene is called."""
+    """Name of the scene."""
     views: tuple[str, ...] = ()
     """The names of the pictures."""
     vertices: tuple[Vertex, ...] = ()
@@ -252,20 +252,20 @@ class Scene:
     metric: bool = False
     """Whether lengths are metres; otherwise the scale is unknown and only ratios mean something."""
     warnings: tuple[str, ...] = field(default=())
-    """What is doubtful, a line each."""
+    """Doubts, a line each."""
     patches: tuple[Patch, ...] = ()
     """Surface that is not flat."""
     bodies: tuple[Body, ...] = ()
     """Objects that the file states; each face, edge and patch is of one at most. Without any they
     are found from what touches what (things.py)."""
     poses: tuple[Pose, ...] = ()
-    """Those of the views as adjusted to what all show; empty where no picture shows the scene."""
+    """Poses of the views as adjusted to what all show; empty where no picture shows the scene."""
     lenses: tuple[LensError, ...] = ()
     """By what the views were corrected, empty where lenses are as stated; a file keeps none."""
     sights: tuple[SightLines, ...] = ()
     """Lines of sight, along which space is known to be free."""
     cameras: tuple[Camera, ...] = ()
-    """What the pictures were taken with; empty where no picture shows the scene."""
+    """Cameras of the pictures; empty where no picture shows the scene."""
     lattices: tuple[SeenLattice, ...] = ()
     """Cells of planes that views see, up to which space is known to be free."""
     scale_sd: float = 0.0

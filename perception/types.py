@@ -1,4 +1,4 @@
-"""Cameras, poses and views, and what is tracked through them. What they become is in `scene.py`.
+"""Cameras, poses and views, and tracks of vertices through them; scenes are in `scene.py`.
 
 World frame: right-handed, any unit of length (metres where the unit is known).
 Camera frame: OpenCV's, x right, y down, z forward. Pixels: the centre of the top-left pixel is
@@ -44,7 +44,8 @@ DOUBLE = np.dtype(np.float64)
 
 
 def frozen(values: ArrayLike, *shape: int) -> FloatArray:
-    """The values as an array of this shape that nobody can write to; ValueError for another shape.
+    """Return the values as an array of this shape that nobody can write to; ValueError for another
+    shape.
 
     They are copied unless nobody can write to them anyway.
     """
@@ -59,7 +60,7 @@ def frozen(values: ArrayLike, *shape: int) -> FloatArray:
 
 
 def _is_frozen(array: NDArray[np.generic]) -> bool:
-    """Whether nobody can write to an array of float64, so that it need not be copied."""
+    """Return whether nobody can write to an array of float64, so that it need not be copied."""
     if array.dtype is not DOUBLE or array.flags.writeable:
         return False
     return array.base is None or (
@@ -90,11 +91,11 @@ class Camera:
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     def zoomed(self, factor: float) -> "Camera":
-        """The camera with so many times the focal length."""
+        """Return the camera with so many times the focal length."""
         return replace(self, fx=factor * self.fx, fy=factor * self.fy)
 
     def resized(self, width: int, height: int) -> "Camera":
-        """The camera of the same picture brought to another size."""
+        """Return the camera of the same picture brought to another size."""
         across, down = width / self.width, height / self.height
         # Pixel centres: u' + 1/2 = across · (u + 1/2).
         return Camera(
@@ -166,14 +167,14 @@ class PoseErrors:
         object.__setattr__(self, "covariances", frozen(self.covariances, len(self.poses), 6, 6))
 
     def of(self, chosen: Sequence[int]) -> "PoseErrors":
-        """Those of the chosen poses (indices)."""
+        """Return the errors of the chosen poses (indices)."""
         poses = tuple(self.poses[k] for k in chosen)
         return PoseErrors(poses, self.covariances[list(chosen)], self.kind, self.scale_sd)
 
 
 @dataclass(frozen=True, slots=True)
 class LensError:
-    """What a lens was found to be beyond what is stated of it, and to which standard deviations.
+    """Correction that was found for a lens beyond what is stated of it, with standard deviations.
 
     It has `focal` times the focal length, and bends rays outwards by `radial` r² (OpenCV's k1).
     """
@@ -189,7 +190,7 @@ class View:
     """One grey picture with its camera and pose."""
 
     name: str
-    """What messages call it."""
+    """Name of the view in messages."""
     image: Image
     """Grey levels (H, W), uint8, of a pinhole's picture."""
     camera: Camera
@@ -240,7 +241,7 @@ class Observation:
         object.__setattr__(self, "cov", frozen(self.cov, 2, 2))
 
     def resized(self, factor: FloatArray) -> "Observation":
-        """The same in a picture so many times the size, across and down (2,)."""
+        """Return the observation in a picture so many times the size, across and down (2,)."""
         if (factor == 1.0).all():
             return self
         return Observation(
@@ -263,7 +264,7 @@ class PositionLabel(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """The same vertex in several views; at most one observation a view."""
+    """One vertex in several views; at most one observation a view."""
 
     observations: tuple[Observation, ...]
     label: PositionLabel | None = None

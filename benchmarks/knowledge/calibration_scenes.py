@@ -134,7 +134,6 @@ TOUR = "tour of "
 APART = frozenset(
     {
         "polyhedra.py",
-        "exact_furniture.py",
         "builders.py",
         "draw.py",
         "mesh_export.py",

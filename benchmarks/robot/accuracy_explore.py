@@ -26,7 +26,7 @@ from facetlog.exploring.explorer import Explorer, Judge
 from facetlog.exploring.needs import Interest, needs_of
 from facetlog.judging.view_verdicts import ViewVerdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import open_models, recognize_views
 from facetlog.robot.collecting.next_stop import Chosen, Finished

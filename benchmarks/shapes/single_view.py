@@ -13,9 +13,9 @@ import shapely
 import trimesh
 from numpy.typing import NDArray
 
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
-from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["LONGEST_M", "beyond_a_box", "single_view"]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from facetlog.errors import InputError
 from facetlog.perception.detection.picture_noise import noise_sd
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 from facetlog.perception.reading.picture_file import LEAST_SIDE_PX
 from facetlog.perception.types import FloatArray, Image, View
 

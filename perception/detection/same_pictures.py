@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 from facetlog.perception.types import View
 
 __all__ = ["same_pictures"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.ties import TIE, farthest_points, largest
+from facetlog.perception.stable_order import TIE, farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ViewGraph", "view_graph", "view_motion"]

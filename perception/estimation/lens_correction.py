@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.estimation.point_filter import estimate_points
-from facetlog.perception.ties import TIE, farthest_points
+from facetlog.perception.stable_order import TIE, farthest_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["shared_error_factor", "view_groups"]

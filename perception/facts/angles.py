@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from facetlog.perception.batch_linalg import dots, quadratic_forms
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 

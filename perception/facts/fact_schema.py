@@ -14,7 +14,7 @@ from facetlog.perception.facts.fact_kinds import (
 )
 from facetlog.perception.facts.fact_kinds import fact_kind as _kind
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 
 __all__ = [
     "FACT_SCHEMA",

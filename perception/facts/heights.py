@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from facetlog.perception.batch_linalg import dots, quadratic_forms
 from facetlog.perception.facts.measures import Estimates
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Indices, row_starts, row_table
+from facetlog.perception.ragged import Indices, row_starts, row_table
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION

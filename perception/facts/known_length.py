@@ -8,7 +8,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.length_units import stated_length
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.types import FloatArray

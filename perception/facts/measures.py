@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from facetlog.perception.batch_linalg import along_axes, dots, quadratic_forms
 from facetlog.perception.facts.relations import FacePairs, offsets
 from facetlog.perception.flat_faces import cross, plane_axes
-from facetlog.perception.row_products import along_axes, dots, quadratic_forms
-from facetlog.perception.row_table import (
+from facetlog.perception.ragged import (
     Bools,
     Indices,
     padded_sums,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.fact_schema import Value
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["BlockFacts", "FactColumns", "FactRows", "named_in_order", "names", "rows_from"]

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.batch_linalg import dots, quadratic_forms
 from facetlog.perception.facts import relations
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 

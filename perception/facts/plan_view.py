@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from facetlog.perception.batch_linalg import along_axes, dots
 from facetlog.perception.facts.relations import seen_along
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_products import along_axes, dots
-from facetlog.perception.row_table import Bools, Indices, pairs_in_rows
+from facetlog.perception.ragged import Bools, Indices, pairs_in_rows
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.convex_hulls import least_rectangles

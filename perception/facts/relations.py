@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from facetlog.perception.batch_linalg import along_axes, dots
 from facetlog.perception.facts.angles import angles_between
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_products import along_axes, dots
-from facetlog.perception.row_table import (
+from facetlog.perception.ragged import (
     Indices,
     chosen_places,
     pairs_in_rows,

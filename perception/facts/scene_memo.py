@@ -16,7 +16,7 @@ from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face
 from facetlog.perception.facts.named_rows import named_in_order
 from facetlog.perception.facts.plan_view import Plans
 from facetlog.perception.facts.relations import FacePairs
-from facetlog.perception.row_table import Bools, Indices, row_starts
+from facetlog.perception.ragged import Bools, Indices, row_starts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable

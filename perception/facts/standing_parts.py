@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import shapely
 
+from facetlog.perception.batch_linalg import dots
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.ragged import Bools, Indices
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing

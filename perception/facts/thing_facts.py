@@ -12,7 +12,7 @@ from facetlog.perception.facts.levels.shelves import shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
-from facetlog.perception.row_table import Indices, chosen_places
+from facetlog.perception.ragged import Indices, chosen_places
 from facetlog.perception.space.space import LEAST_UNKNOWN, State
 from facetlog.perception.surfaces.tolerance import SDS
 

@@ -1,7 +1,7 @@
 """A scene that views come to one at a time.
 
 Two loops, as in visual SLAM (Klein and Murray 2007): each view updates by the recursion what is
-known, in time that does not grow; and when the kept views (key_views.py) have become a third more
+known, in time that does not grow; and when the kept views have become a third more
 or other, faces are searched anew in them, which takes as long as it does for so many views.
 """
 
@@ -13,28 +13,32 @@ from scipy.special import chdtri
 
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import (
+    Pictures,
     prepared_pictures,
     tracked_faces,
 )
 from facetlog.perception.detection.picture_faults import nothing_shown
+from facetlog.perception.detection.view_graph import view_motion
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
 from facetlog.perception.estimation.texture_triangulation import triangulated
-from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
-from facetlog.perception.online.key_views import KeyViews
-from facetlog.perception.online.loose_lines import with_loose_lines
+from facetlog.perception.online.one_view import CornerReadings, OneView
 from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
+from facetlog.perception.stable_order import largest
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
-from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
+from facetlog.perception.surfaces.reconstruct import SceneOfFaces, reconstruct, scene_of_faces
+from facetlog.perception.surfaces.scene_from_tracks import Stated
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["OnlineScene", "Update"]
+__all__ = ["KEY_VIEWS", "KeyViews", "OnlineScene", "Update"]
+
+# Views that are kept with their pictures, as many as the paper's tour has: of the demo's table 12
+# of them show six faces, all 24 nine (seed 0).
+KEY_VIEWS = 24
 
 # Faces are searched in three views and more, and again when so large a share of the kept views is
 # new: seven searches for the first 24 views. Once views are let go, what they showed is mostly
@@ -51,8 +55,8 @@ LEAST_READ = 4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Update:
-    """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
-    searched, and how many corners and loose edges it updated.
+    """The outcome of a view: whether it was `used`, a problem with it; whether faces were searched,
+    and how many corners and loose edges it updated.
 
     A search may find that views which were taken contradict the others: `problem` names them when
     that is first seen. They may turn out right when more views have come.
@@ -65,8 +69,37 @@ class Update:
     lines: int = 0
 
 
+@dataclass(eq=False, slots=True)
+class KeyViews:
+    """Views (of any size) and what each shows; `changes` counts those taken since the
+    last search, `complete` says that none was let go."""
+
+    views: tuple[View, ...] = ()
+    looked: Pictures | None = None
+    changes: int = 0
+    complete: bool = True
+
+    def add(self, view: View, looked: Pictures) -> None:
+        """Take a view; beyond KEY_VIEWS the one goes that is most like another."""
+        self.views = (*self.views, view)
+        self.looked = looked if self.looked is None else self.looked.extended_by(looked)
+        self.changes += 1
+        if len(self.views) <= KEY_VIEWS:
+            return
+        motion = view_motion(self.views)
+        np.fill_diagonal(motion, np.inf)
+        # Of the two most alike the one goes whose next neighbour is nearer.
+        nearest = np.sort(motion, axis=1)
+        gone = largest(-nearest[:, 0], -nearest[:, 1])
+        self.complete = False
+        self.changes -= gone == len(self.views) - 1
+        kept = [k for k in range(len(self.views)) if k != gone]
+        self.views = tuple(self.views[k] for k in kept)
+        self.looked = self.looked.select(kept)
+
+
 class OnlineScene:
-    """What is known after each of the views that are added."""
+    """A scene that is known after each of the views that are added."""
 
     def __init__(
         self,
@@ -93,21 +126,20 @@ class OnlineScene:
         self._named: set[str] = set()
 
     def add(self, view: View) -> Update:
-        """What is known with one more view; a view that shows nothing or contradicts is named."""
+        """Update the scene by one more view; a view that shows nothing or contradicts is
+        named.
+        """
         if (fault := nothing_shown(view.image)) is not None:
             return self._refused(f"{view.name}: {fault}")
         looked = prepared_pictures([view], self.clock)
         with self.clock.step("update"):
             corners = lines = 0
             if self.scene is not None and self.scene.faces:
-                hidden = hidden_surface(looked.views[0], self.scene)
-                readings = corner_readings(self.scene, looked, hidden)
-                corners, problem = self._filter(view, readings)
+                one = OneView.of(self.scene, view, looked)
+                corners, problem = self._filter(view, one.corner_readings())
                 if problem:
                     return self._refused(problem)
-                self.scene, lines = with_loose_lines(
-                    self.scene, looked, view, hidden, self._extra_px, self._factor
-                )
+                self.scene, lines = one.with_loose_lines(self.scene, self._extra_px, self._factor)
             self._key.add(view, looked)
             self._taken += 1
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
@@ -135,7 +167,7 @@ class OnlineScene:
         return self._key.views
 
     def finish(self, *, polish: bool) -> str:
-        """Completes the scene by what each of the kept views saw, and polishes it first or not.
+        """Complete the scene by what each of the kept views saw, and polish it first or not.
 
         To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
         corners together. If no view was let go the scene is then that of all views at once; else it
@@ -176,14 +208,14 @@ class OnlineScene:
         return "; ".join(kept.problems)
 
     def _corrected(self) -> ViewSet:
-        """The kept views, their poses corrected where they were counted up."""
+        """Return the kept views, their poses corrected where they were counted up."""
         views = self._key.views
         errors = stated_errors(views, self._error_kind)
         kept = ViewSet(self._name, views, metric=self._metric, pose_errors=errors)
         return kept if errors is None else with_refined_poses(kept)
 
     def _before(self) -> Scene | None:
-        """The scene so far, where the recursion knows what the kept views do not show."""
+        """Return the scene so far, where the recursion knows what the kept views do not show."""
         # To take the surer of two estimates from the same views would be to take the one too sure.
         return None if self._key.complete else self.scene
 
@@ -221,15 +253,9 @@ class OnlineScene:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        found = scene_of_faces(
-            tracked,
-            key.views,
-            name=self._name,
-            up=self._up,
-            metric=self._metric,
-            clock=clock,
-            errors=stated_errors(key.views, self._error_kind),
-        )
+        errors = stated_errors(key.views, self._error_kind)
+        stated = Stated(self._name, self._up, self._metric, errors=errors)
+        found = scene_of_faces(tracked, key.views, stated, clock)
         self._found, made = found, found.assembled
         self._extra_px, self._factor = made.extra_px, made.factor
         self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
@@ -253,7 +279,9 @@ def _says_more(scene: Scene, than: Scene) -> bool:
 
 
 def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
-    """Vertices of the new scene and those of the old one that they may be, each at most once."""
+    """Return vertices of the new scene and those of the old one that they may be, each at most
+    once.
+    """
     if old is None or not old.vertices or not new.vertices:
         return {}
     before, after = ([v.cov for v in s.vertices] for s in (old, new))
@@ -269,7 +297,7 @@ def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
 
 
 def _same_faces(old: Scene | None, new: Scene) -> bool:
-    """Whether the faces of the new scene are those of the old one, corner by corner."""
+    """Return whether the faces of the new scene are those of the old one, corner by corner."""
     if old is None or len(old.faces) != len(new.faces):
         return False
     same = _same_corners(old, new)
@@ -278,7 +306,7 @@ def _same_faces(old: Scene | None, new: Scene) -> bool:
 
 
 def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
-    """The new scene with the corners of the old one where they are the same and surer."""
+    """Return the new scene with the corners of the old one where they are the same and surer."""
     touched = np.zeros(len(new.vertices), np.bool_)
     if old is None:
         return new, touched
@@ -292,7 +320,7 @@ def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool
 
 
 def _refitted(scene: Scene, touched: NDArray[np.bool_]) -> Scene:
-    """The scene with the planes of the faces whose corners were updated."""
+    """Return the scene with the planes of the faces whose corners were updated."""
     return replace(scene, faces=tuple(_face(scene, f, touched) for f in scene.faces))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["convex_cut", "convex_joined", "is_convex"]

@@ -12,8 +12,12 @@ from facetlog.perception.pieces.shown_pieces import (
 )
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.drawing.frustum import Frustum
-from facetlog.perception.surfaces.drawing.legend import with_legend
-from facetlog.perception.surfaces.drawing.lettering import Colour, ColourImage, Lettering
+from facetlog.perception.surfaces.drawing.lettering import (
+    Colour,
+    ColourImage,
+    Lettering,
+    with_legend,
+)
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.perception.types import FloatArray, View
 

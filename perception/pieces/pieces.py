@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.space.grid import ROUNDING, Grid, Lattice
 from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangles

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.pieces.convex_parts import convex_cut, convex_joined, is_convex
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 
 __all__ = ["solid_parts"]
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 
 __all__ = ["LeftOut", "lines_of"]
 

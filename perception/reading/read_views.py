@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.first_names import named
 from facetlog.perception.length_units import Length
+from facetlog.perception.name_lists import named
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.row_table import row_starts
+from facetlog.perception.ragged import row_starts
 from facetlog.perception.scene import SightLines
 from facetlog.perception.space.grid import Cells, Lattice
 from facetlog.perception.types import FloatArray

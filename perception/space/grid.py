@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 

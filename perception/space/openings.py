@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace
-from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.types import FloatArray
 
 __all__ = ["inner_points", "line_points", "surface_points"]

@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import RIM_SHARE
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.attached_edges import RIM_SHARE
 from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.scene import SightLines
 from facetlog.perception.space.carving import places_through
 from facetlog.perception.space.empty_shells import is_empty_shell

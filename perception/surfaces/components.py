@@ -6,7 +6,7 @@ __all__ = ["components"]
 
 
 def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """For each of `count` nodes the number of its connected group, numbered by first member.
+    """Return the connected group of each of `count` nodes, numbered by first member.
 
     >>> components(4, [(3, 1)])
     (0, 1, 2, 1)

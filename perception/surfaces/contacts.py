@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 import shapely
 
+from facetlog.perception.batch_linalg import dots, quadratic_forms
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Bools, Indices, row_starts
+from facetlog.perception.ragged import Bools, Indices, row_starts
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import distances_outside
 from facetlog.perception.surfaces.plane_table import PlaneTable
@@ -73,12 +73,13 @@ class SideContacts:
         return (self.turn < -SDS * self.sd - ANGLE_RESOLUTION) & ~self.back_to_back
 
     def take(self, rows: Indices | Bools) -> "SideContacts":
-        """Some of them."""
+        """Return the chosen rows."""
         return SideContacts(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Turns (c,) of the solid where faces (c, 2) meet along unit vectors d (c, 3), and their 1σ.
+    """Return turns (c,) of the solid where faces (c, 2) meet along unit vectors d (c, 3), and their
+    1σ.
 
     φ = atan2((n1 × n2) · d, n1 · n2). About the edge only the part of a normal's error along d × n
     counts, so var φ = Σ (d × n)ᵀ C (d × n).
@@ -94,7 +95,7 @@ def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArra
 
 
 def _lengths(spans: FloatArray) -> FloatArray:
-    """Lengths (n,) of vectors (n, 3)."""
+    """Return lengths (n,) of vectors (n, 3)."""
     lengths: FloatArray = np.sqrt(dots(spans, spans))
     return lengths
 
@@ -102,7 +103,9 @@ def _lengths(spans: FloatArray) -> FloatArray:
 def along(
     a: tuple[FloatArray, FloatArray], b: tuple[FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """For pairs of segments, ends (m, 3) each: overlap along a, worst gap there, cosine; (m,)."""
+    """Return for each pair of segments, ends (m, 3) each, the overlap along a, worst gap there,
+    cosine; (m,).
+    """
     span, other = a[1] - a[0], b[1] - b[0]
     size = _lengths(span)
     u = span / np.maximum(size, 1e-300)[:, None]
@@ -128,7 +131,9 @@ class Segments:
     counts: Indices
 
     def boxes(self) -> Iterator[Boxes]:
-        """The boxes round the segments of each scene, widened by the slack: lows and highs."""
+        """Return the boxes round the segments of each scene, widened by the slack: lows and
+        highs.
+        """
         slack = self.slack[:, None]
         first, second = self.ends[:, 0], self.ends[:, 1]
         low, high = np.minimum(first, second) - slack, np.maximum(first, second) + slack
@@ -137,7 +142,7 @@ class Segments:
 
 
 def near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
-    """Pairs of segments of one scene whose boxes meet, by the first."""
+    """Return pairs of segments of one scene whose boxes meet, by the first."""
     found = [_near_boxes(*boxes) for boxes in zip(first.boxes(), second.boxes(), strict=True)]
     begins = zip(row_starts(first.counts).tolist(), row_starts(second.counts).tolist(), strict=True)
     moved = [(one + a, two + b) for (one, two), (a, b) in zip(found, begins, strict=True)]
@@ -165,7 +170,8 @@ def _near_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
 
 
 def side_contacts(table: FaceTable) -> SideContacts:
-    """All contacts between sides of two different faces, each pair of faces in one order only.
+    """Return all contacts between sides of two different faces, each pair of faces in one order
+    only.
 
     Sides with the same two vertices meet. Others meet where they run along each other, no further
     apart than 3 sd, over 20 % of the shorter one and more than twice that tolerance.
@@ -201,14 +207,15 @@ def side_contacts(table: FaceTable) -> SideContacts:
 
 
 def _same_ends(one: Indices, two: Indices) -> Bools:
-    """Which pairs of vertices (m, 2) are the same, in whichever order."""
+    """Return which pairs of vertices (m, 2) are the same, in whichever order."""
     (a, b), (c, d) = one.T, two.T
     same: Bools = ((a == c) & (b == d)) | ((a == d) & (b == c))
     return same
 
 
 def edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indices:
-    """(edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3 sd.
+    """Return (edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3
+    sd.
 
     The scenes (s,) have `counts` of the edges each.
     """
@@ -245,7 +252,9 @@ class Touches:
 
 
 def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
-    """Which of these vertices (c,), near the planes of these faces (c,), lie on them, by 3 sd."""
+    """Return which of these vertices (c,), near the planes of these faces (c,), lie on them, by 3
+    sd.
+    """
     spokes = table.points[vertices] - table.middles[faces]
     flat = (table.axes[faces] @ spokes[:, :, None])[:, :, 0]
     slack = table.tolerance.within(table.tolerance.vertex_sds[vertices], table.scene[faces])
@@ -262,7 +271,8 @@ def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
 def face_distances(
     table: FaceTable, faces: Indices, where: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Distances (r, q) of points (r, q, 2) from faces (r,), in their planes: outside, from the rim.
+    """Return distances (r, q) of points (r, q, 2) from faces (r,), in their planes: outside, from
+    the rim.
 
     The former is 0 within the outline, outside of holes; both are NaN where the face has no area.
     """

@@ -1,15 +1,14 @@
 """Convex hulls and least rectangles of many sets of points in planes at once."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import shapely
 
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.batch_linalg import dots
+from facetlog.perception.ragged import Bools, Indices
+from facetlog.perception.stable_order import TIE
 from facetlog.perception.surfaces.outline_overlap import following
-from facetlog.perception.ties import TIE
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Hulls", "least_rectangle", "least_rectangles"]
@@ -21,12 +20,6 @@ RECTANGLE_TIE = 0.01
 
 MOST_PRODUCTS = 2_000_000
 """Products of corners and sides worked out in one go: some 50 MB."""
-
-
-# Above so many points Qhull beats the chain below (measured, 2 µs a point against 80 µs a call).
-MANY_POINTS = 40
-
-Point = tuple[float, float, int]
 
 
 class Hulls:
@@ -45,7 +38,7 @@ class Hulls:
         loops: Bools | None = None,
         slack: FloatArray | None = None,
     ) -> None:
-        """Hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
+        """Find the hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
 
         What is there of `loops` (r,), if they are given, comes first and is a convex loop already.
         Corners no further than `slack` (r,) from the line between their neighbours are left out, so
@@ -55,8 +48,7 @@ class Hulls:
         found: dict[int, list[int]] = {}
         if loops is None or not loops.all():
             others = np.arange(len(flat)) if loops is None else np.flatnonzero(~loops)
-            hulls = _hull_each if slack is None else _hulls
-            found = dict(zip(others.tolist(), hulls(flat[others], there[others]), strict=True))
+            found = dict(zip(others.tolist(), _hulls(flat[others], there[others]), strict=True))
             for row, own in found.items():
                 self.sizes[row] = len(own)
         steps = np.arange(int(self.sizes.max(initial=0)))
@@ -73,7 +65,7 @@ class Hulls:
             self._straighten(self.of(flat), slack)
 
     def _straighten(self, corners: FloatArray, slack: FloatArray) -> None:
-        """Leaves out what is nearer than `slack` to the line between its neighbours."""
+        """Leave out what is nearer than `slack` to the line between its neighbours."""
         for row in np.flatnonzero(~_sharp(corners, self.sizes, slack)).tolist():
             kept = _sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
             own = self.places[row, kept]
@@ -82,12 +74,13 @@ class Hulls:
             self.places[row, : len(own)] = own
 
     def of(self, values: FloatArray) -> FloatArray:
-        """The values (r, h, ...) at the hulls' corners, of all points' (r, k, ...)."""
+        """Return the values (r, h, ...) at the hulls' corners, of all points' (r, k, ...)."""
         return np.asarray(values[np.arange(len(self.sizes))[:, None], self.places])
 
 
 def _hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
-    """Places of each row's hull, counter-clockwise from the lowest x on, by GEOS, all at once.
+    """Return places of each row's hull, counter-clockwise from the lowest x on, by GEOS, all at
+    once.
 
     GEOS decides exactly what is a corner. So corners that are one but for rounding remain.
     """
@@ -116,46 +109,10 @@ def _hulls(flat: FloatArray, there: Bools) -> list[list[int]]:
     return found
 
 
-def _hull_each(flat: FloatArray, there: Bools) -> list[list[int]]:
-    """The same, row by row."""
-    found = []
-    for own, points in zip(map(np.flatnonzero, there), flat, strict=True):
-        found.append(own[_hull(points[own])].tolist() if len(own) else [0])
-    return found
-
-
-def _hull(flat: FloatArray) -> list[int]:
-    """Places of the hull's corners, of points (n, 2), n > 0."""
-    if len(flat) > MANY_POINTS:
-        from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
-
-        try:
-            corners: list[int] = ConvexHull(flat).vertices.tolist()  # type: ignore[assignment]
-            return corners
-        except QhullError:  # all on one line
-            pass
-    order = np.lexsort((flat[:, 1], flat[:, 0])).tolist()
-    xy = flat.tolist()
-    # Andrew's monotone chain (1979).
-    points = [(*xy[i], i) for i in order]
-    return _chain(points)[:-1] + _chain(points[::-1])[:-1] or [0]
-
-
-def _chain(points: Sequence[Point]) -> list[int]:
-    kept: list[Point] = []
-    for point in points:
-        x, y, _ = point
-        while len(kept) > 1:
-            (ax, ay, _), (bx, by, _) = kept[-2:]
-            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                break
-            kept.pop()
-        kept.append(point)
-    return [place for _, _, place in kept]
-
-
 def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
-    """Which loops (r, k, 2) have no corner within `slack` (r,) of the line of its neighbours."""
+    """Return which loops (r, k, 2) have no corner within `slack` (r,) of the line of its
+    neighbours.
+    """
     rows, slack = np.arange(len(loops))[:, None], slack[:, None]
     after = following(sizes, loops.shape[1])
     second = after[rows, after]
@@ -168,7 +125,8 @@ def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
 
 
 def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
-    """Places of a convex loop's corners that are farther than `slack` from their neighbours' line.
+    """Return places of a convex loop's corners that are farther than `slack` from their neighbours'
+    line.
 
     All, if less than three are left.
     """
@@ -184,7 +142,9 @@ def _sharp_corners(loop: list[list[float]], slack: float) -> list[int]:
 
 
 def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
-    """Direction (2,) of the longer side, and both sides, of the least rectangle round (n, 2)."""
+    """Return the direction (2,) of the longer side, and both sides, of the least rectangle round
+    (n, 2).
+    """
     directions, lengths, widths = least_rectangles(flat[None], np.ones((1, len(flat)), np.bool_))
     return directions[0], float(lengths[0]), float(widths[0])
 
@@ -192,7 +152,8 @@ def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
 def least_rectangles(
     flat: FloatArray, there: Bools, loops: Bools | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Directions (r, 2) of the longer sides, and both sides (r,), of the least rectangles round.
+    """Return directions (r, 2) of the longer sides, and both sides (r,), of the least rectangles
+    round.
 
     Of the rectangles with a side on the hull of the points (r, k, 2) that are `there` (r, k), and
     within 1 % of the least area, it is the longest. `loops` (r,) as for Hulls.
@@ -235,6 +196,6 @@ def _least(corners: FloatArray, sizes: Indices) -> tuple[FloatArray, FloatArray,
 
 
 def _reaches(corners: FloatArray, ways: FloatArray) -> FloatArray:
-    """Extents (r, w) of corners (r, k, 2) along unit vectors (r, w, 2)."""
+    """Return extents (r, w) of corners (r, k, 2) along unit vectors (r, w, 2)."""
     reach = dots(corners[:, :, None], ways[:, None])
     return np.asarray(reach.max(axis=1) - reach.min(axis=1), dtype=np.float64)

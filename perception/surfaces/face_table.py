@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
-from facetlog.perception.row_table import (
+from facetlog.perception.ragged import (
     Bools,
     Indices,
     chosen_places,
@@ -98,7 +98,7 @@ class FaceTable:
 
     @classmethod
     def of(cls, *scenes: Scene) -> "FaceTable":
-        """The faces of some scenes, in order."""
+        """Return the faces of some scenes, in order."""
         vertices = [vertex for scene in scenes for vertex in scene.vertices]
         points = stacked([v.point for v in vertices], 3)
         covs = stacked([v.cov for v in vertices], 3, 3)
@@ -190,7 +190,7 @@ class FaceTable:
         return self.polygons_of(np.arange(len(self)))
 
     def polygons_of(self, chosen: Indices) -> NDArray[np.object_]:
-        """Those of some faces (r,), each once."""
+        """Return the polygons of chosen faces (r,)."""
         lengths, ring_of = self.sides.lengths, self._ring_of
         rings = np.bincount(ring_of, minlength=len(self))
         corner = chosen_places(self._corner_counts, chosen)
@@ -213,7 +213,7 @@ class FaceTable:
         return _faces(self)
 
     def rows_of(self, chosen: Sequence[int] | Indices) -> tuple[Indices, Indices]:
-        """(place among `chosen`, vertex) (c,) each, of all members of some faces."""
+        """Return (place among `chosen`, vertex) (c,) each, of all members of some faces."""
         picked = np.asarray(chosen, dtype=np.intp)
         rows = chosen_places(self.members.counts, picked)
         counts = self.members.counts[picked]
@@ -221,7 +221,7 @@ class FaceTable:
 
 
 def flat_faces(scene: Scene) -> tuple[FlatFace, ...]:
-    """Every face of the scene as a polygon in its plane, in order."""
+    """Return every face of the scene as a polygon in its plane, in order."""
     return FaceTable.of(scene).faces
 
 
@@ -231,7 +231,7 @@ def _flattened(spokes: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def _neighbours(lengths: Indices) -> tuple[Indices, Indices]:
-    """Places of the corners before and after each (c,), round their rings."""
+    """Return places of the corners before and after each (c,), round their rings."""
     place = np.arange(int(lengths.sum()))
     starts = row_starts(lengths)
     before, after = place - 1, place + 1
@@ -243,7 +243,7 @@ def _neighbours(lengths: Indices) -> tuple[Indices, Indices]:
 def _sides(
     scenes: Sequence[Scene], vertices: Indices, points: FloatArray, planes: PlaneTable
 ) -> Sides:
-    """The sides of all rings of three corners and more, turned as they should run."""
+    """Return the sides of all rings of three corners and more, turned as they should run."""
     faces = chain.from_iterable(scene.faces for scene in scenes)
     rings = [
         (nth, ring, inner > 0)
@@ -273,7 +273,7 @@ def _sides(
 
 
 def _outline_places(sides: Sides, count: int) -> tuple[Indices, Bools]:
-    """Places (f, k) of the outlines' corners, and which are there (f, k)."""
+    """Return places (f, k) of the outlines' corners, and which are there (f, k)."""
     outer = np.flatnonzero(~sides.in_hole)
     places, there = row_table(np.bincount(sides.face[outer], minlength=count))
     return outer[places], there
@@ -282,7 +282,7 @@ def _outline_places(sides: Sides, count: int) -> tuple[Indices, Bools]:
 def _moments(
     flat: FloatArray, before: Indices, after: Indices, corners: Indices
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Areas A (f,) and moments M (f, 2); at each corner ∂A/∂p (c, 2) and ∂M/∂p (c, 2, 2).
+    """Return areas A (f,) and moments M (f, 2); at each corner ∂A/∂p (c, 2) and ∂M/∂p (c, 2, 2).
 
     With ci = xi yi+1 - xi+1 yi:  A = ½ Σ ci  and  M = 1/6 Σ (pi + pi+1) ci; the middle is M / A.
     """
@@ -299,7 +299,9 @@ def _moments(
 
 
 def _members(sides: Sides, corner: Indices, count: int) -> tuple[Indices, Indices, Indices]:
-    """The member (c,) that each corner is; vertices (m,) of the members, and how many a face."""
+    """Return the member (c,) that each corner is; vertices (m,) of the members, and how many a
+    face.
+    """
     every = np.arange(len(corner))
     if not sides.in_hole.any():
         return every, corner, np.bincount(sides.face, minlength=count)
@@ -311,7 +313,7 @@ def _members(sides: Sides, corner: Indices, count: int) -> tuple[Indices, Indice
 
 
 def _faces(table: FaceTable) -> tuple[FlatFace, ...]:
-    """The faces one by one."""
+    """Return the faces one by one."""
     sides, members = table.sides, table.members
     corner = sides.ends[:, 0].tolist()
     rings: list[list[tuple[int, ...]]] = [[] for _ in range(len(table))]

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
@@ -18,12 +18,12 @@ from facetlog.perception.types import FloatArray
 __all__ = ["LEVEL_ENOUGH", "above_ground", "floor_heights"]
 
 LEVEL_ENOUGH = 0.866
-"""What is within 30° of level points this much up or down: cos 30°."""
+"""Normals within 30° of the vertical point this much up or down: cos 30°."""
 
 
 def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
-    """How high points (n, 3) are above the ground, along the scene's up; None where it is not
-    known, or the views show no ground that is about level.
+    """Return how high points (n, 3) are above the ground, along the scene's up; None where it is
+    not known, or the views show no ground that is about level.
     """
     if scene.up is None or not scene.seen_ground:
         return None
@@ -44,7 +44,8 @@ def floor_heights(
     members: Sequence[Indices],
     of_scene: Indices,
 ) -> FloatArray:
-    """The height (t,) of the ground under the lowest of each thing's vertices `members`, along up.
+    """Return the height (t,) of the ground under the lowest of each thing's vertices `members`,
+    along up.
 
     Infinite where the ground is not known or another thing reaches beneath. `owners` (f,) are the
     things of all faces, -1 for none; `of_scene` (t,) are the scenes of the things.

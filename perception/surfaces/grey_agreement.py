@@ -35,7 +35,7 @@ class GreyAgreement:
 
 
 def grey_agreement(labels: NDArray[np.int32], scene: Scene, view: View) -> GreyAgreement:
-    """Regions (H, W), 0 outside the object, beside the scene's faces as the view has them."""
+    """Compare regions (H, W), 0 outside the object, with the scene's faces as the view has them."""
     height, width = labels.shape
     foremost = hidden_surface(view, scene).face
     faces = cv2.resize(

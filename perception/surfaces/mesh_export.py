@@ -12,12 +12,12 @@ from trimesh.exchange import gltf, ply
 from trimesh.viewer import notebook
 
 from facetlog.errors import InputError
+from facetlog.perception.atomic_write import write_whole
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.polygons import triangulate
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
-from facetlog.perception.whole_file import write_whole
 
 __all__ = [
     "add_faces",
@@ -52,7 +52,7 @@ SAME_CORNER = 1e-9
 
 
 def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
-    """Triangles (n, 3, 3) that fill a face, holes left open, counter-clockwise from outside.
+    """Return triangles (n, 3, 3) that fill a face, holes left open, counter-clockwise from outside.
 
     Corners are the scene's vertices; only where an outline crosses itself are there others, in
     the face's plane. A face without area has none.
@@ -74,7 +74,7 @@ def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
 
 
 def add_faces(graph: trimesh.Scene, scene: Scene) -> bool:
-    """Adds a node (f1, f2, …) for each face that has an area; whether there are any."""
+    """Add a node (f1, f2, …) for each face that has an area; return whether there are any."""
     meshes = dict(_face_meshes(scene))
     for name, mesh in meshes.items():
         graph.add_geometry(mesh, node_name=name, geom_name=name)
@@ -82,7 +82,7 @@ def add_faces(graph: trimesh.Scene, scene: Scene) -> bool:
 
 
 def graph_bytes(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
-    """The graph as `.glb`, turned so that `up` (3,), where it is known, is the format's."""
+    """Return the graph as `.glb`, turned so that `up` (3,), where it is known, is the format's."""
     _turn_up(graph, up)
     return bytes(_export_glb(graph))
 
@@ -93,7 +93,9 @@ def _turn_up(graph: trimesh.Scene, up: FloatArray | None) -> None:
 
 
 def face_colour(index: int) -> NDArray[np.uint8]:
-    """Red, green, blue and opacity (4,) of what has a number: neighbours in number differ."""
+    """Return the colour: red, green, blue and opacity (4,) of what has a number: neighbours in
+    number differ.
+    """
     rgb = colorsys.hsv_to_rgb(index * HUE_STEP % 1.0, SATURATION, BRIGHTNESS)
     return np.array([*(round(255 * c) for c in rgb), 255], dtype=np.uint8)
 
@@ -114,7 +116,7 @@ def _face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
 
 
 def _turned_up(up: FloatArray) -> FloatArray:
-    """The least rotation (4, 4) that brings a unit vector to the up of glTF.
+    """Return the least rotation (4, 4) that brings a unit vector to the up of glTF.
 
     >>> _turned_up(np.array([0.0, 0.0, 1.0])) @ [1.0, 2.0, 3.0, 1.0]
     array([ 1.,  3., -2.,  1.])
@@ -130,7 +132,7 @@ def _turned_up(up: FloatArray) -> FloatArray:
 
 
 def mesh_bytes(scene: Scene, suffix: str) -> bytes:
-    """The scene's faces as `.ply`, `.glb` or `.gltf`, in the scene's coordinates and unit.
+    """Return the scene's faces as `.ply`, `.glb` or `.gltf`, in the scene's coordinates and unit.
 
     In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
     the format's. Loose edges are left out.
@@ -149,7 +151,9 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
 
 
 def viewer_html(scene: Scene) -> str:
-    """A page that shows the scene's faces, to turn by mouse: three.js and all else is inside."""
+    """Return a page that shows the scene's faces, to turn by mouse: three.js and all else is
+    inside.
+    """
     graph = trimesh.Scene()
     if not add_faces(graph, scene):
         raise InputError(f"{scene.name}: has no face with an area, there is no mesh to show")
@@ -159,7 +163,8 @@ def viewer_html(scene: Scene) -> str:
 def viewer_page(
     graph: trimesh.Scene, up: FloatArray | None, *, look_at: FloatArray, script: str = ""
 ) -> str:
-    """The same of any graph in a scene's frame, which it turns upright; with a script at its end.
+    """Return a page that shows any graph in a scene's frame, turned upright; with a script at its
+    end.
 
     The camera stands so that points (n, 3) are in view.
     """

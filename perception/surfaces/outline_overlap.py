@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.polygons import find_intersection, make_valid
-from facetlog.perception.row_table import Bools, Indices, padded_sums, row_starts
+from facetlog.perception.ragged import Bools, Indices, padded_sums, row_starts
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -32,7 +32,7 @@ MOST_NUMBERS = 1_000_000
 
 
 def following(sizes: Indices, longest: int) -> Indices:
-    """Place (r, k) of the corner after each one of loops of some sizes (r,).
+    """Return place (r, k) of the corner after each one of loops of some sizes (r,).
 
     What is beyond the last corner is followed by itself.
 
@@ -47,7 +47,7 @@ def following(sizes: Indices, longest: int) -> Indices:
 
 
 def convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
-    """Which loops (r, k, 2) turn left at every corner, and once round in all."""
+    """Return which loops (r, k, 2) turn left at every corner, and once round in all."""
     rows, after = np.arange(len(loops))[:, None], following(sizes, loops.shape[1])
     here = loops[rows, after] - loops
     there = here[rows, after]
@@ -58,15 +58,15 @@ def convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
 
 
 def _areas(loops: FloatArray) -> FloatArray:
-    """Signed areas (r,) of loops (r, k, 2), counter-clockwise positive."""
+    """Return signed areas (r,) of loops (r, k, 2), counter-clockwise positive."""
     spokes = loops[:, 1:] - loops[:, :1]
     one, two = spokes[:, :-1], spokes[:, 1:]
     return 0.5 * padded_sums(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
 
 
 def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
-    """Lowest or highest coordinates (r, 2) of loops (r, k, 2), corner by corner: numpy reduces an
-    axis in the middle slowly.
+    """Return lowest or highest coordinates (r, 2) of loops (r, k, 2), corner by corner: numpy
+    reduces an axis in the middle slowly.
     """
     found = loops[:, 0] if loops.shape[1] else np.zeros((len(loops), 2))
     for k in range(1, loops.shape[1]):
@@ -75,7 +75,8 @@ def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
 
 
 def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: Bools) -> Shapes:
-    """Polygons (r,) of corners (c, 2) in rings of some lengths, of these faces (rings,), in order.
+    """Return polygons (r,) of corners (c, 2) in rings of some lengths, of these faces (rings,), in
+    order.
 
     The first ring of a face is its outline. What is not `sound` (r,), known to be valid, is made
     so: of a loop that crosses itself remains what it surrounds.
@@ -89,7 +90,8 @@ def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: B
 def distances_outside(
     loops: FloatArray, sizes: Indices, where: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Distances (r, q) of points (r, q, 2) from convex loops (r, k, 2): outside, and to the rim.
+    """Return distances (r, q) of points (r, q, 2) from convex loops (r, k, 2): outside, and to the
+    rim.
 
     The former is 0 within the loop.
     """
@@ -132,7 +134,8 @@ class Outlines:
         convex: Bools,
         rings_of: Callable[[Indices], tuple[FloatArray, Indices, Indices]],
     ) -> "Outlines":
-        """Loops (r, k, 2) either way round, of faces that are `convex` (r,) in their planes.
+        """Make outlines of loops (r, k, 2), either way round, of faces that are `convex` (r,) in
+        their planes.
 
         `rings_of` rows gives the outlines and holes of what is not convex: corners (c, 2) of rings,
         how many each ring has, and whose it is, as a place among these rows.
@@ -162,7 +165,7 @@ class Outlines:
         return _extreme(np.maximum, self.loops)
 
     def take(self, rows: Indices | Bools) -> "Outlines":
-        """Some of them."""
+        """Return the chosen rows."""
         return Outlines(
             self.loops[rows],
             self.sizes[rows],
@@ -172,13 +175,13 @@ class Outlines:
         )
 
     def polygons(self) -> Shapes:
-        """All of them as polygons (r,)."""
+        """Return all of them as polygons (r,)."""
         shapes = self.shapes.copy()
         shapes[self.convex] = shapely.polygons(self.loops[self.convex])
         return shapes
 
     def corners(self) -> tuple[FloatArray, Bools]:
-        """Corners (r, k, 2) of what the outlines surround, and which are there (r, k)."""
+        """Return corners (r, k, 2) of what the outlines surround, and which are there (r, k)."""
         there = np.arange(self.loops.shape[1]) < self.sizes[:, None]
         others = np.flatnonzero(~self.convex)
         if not len(others):
@@ -193,12 +196,12 @@ class Outlines:
         return loops, known
 
     def corners_up_to(self, longest: int) -> FloatArray:
-        """Corners (r, longest, 2): what is beyond the last corner repeats it."""
+        """Return corners (r, longest, 2): what is beyond the last corner repeats it."""
         steps = np.minimum(np.arange(longest), self.loops.shape[1] - 1)
         return self.loops[:, steps]
 
     def shared_areas(self, others: "Outlines") -> FloatArray:
-        """Areas (r,) that these share with the others (r,), one with one."""
+        """Return areas (r,) that these share with the others (r,), one with one."""
         shared = np.zeros(len(self.areas))
         meet = ((self.low < others.high) & (others.low < self.high)).all(axis=1)
         simple = self.convex & others.convex
@@ -219,7 +222,9 @@ class Outlines:
         return shared
 
     def hold(self, where: FloatArray) -> Bools:
-        """Which points (r, q, 2) the outlines hold, one row each, their rims included (r, q)."""
+        """Return which points (r, q, 2) the outlines hold, one row each, their rims included (r,
+        q).
+        """
         within = np.zeros(where.shape[:2], dtype=np.bool_)
         rows = np.flatnonzero(self.convex)
         # Those with more corners first: each step has to do with the first rows alone.
@@ -245,7 +250,7 @@ class Outlines:
 
 
 def _convex_shared(one: Outlines, two: Outlines) -> FloatArray:
-    """Areas (p,) that convex outlines (p,) share, side by side.
+    """Return areas (p,) that convex outlines (p,) share, side by side.
 
     The one that has fewer corners clips the other. Sutherland and Hodgman (1974).
     """
@@ -265,7 +270,9 @@ def _convex_shared(one: Outlines, two: Outlines) -> FloatArray:
 def _clipped(
     loops: FloatArray, sizes: Indices, start: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, Indices]:
-    """What of convex loops (p, k, 2) lies left of lines from `start` (p, 2) to `end` (p, 2)."""
+    """Return the parts of convex loops (p, k, 2) left of lines from `start` (p, 2) to `end` (p,
+    2).
+    """
     rows, longest = np.arange(len(loops))[:, None], loops.shape[1]
     after, there = following(sizes, longest), np.arange(longest) < sizes[:, None]
     side, spokes = (end - start)[:, None], loops - start[:, None]

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from facetlog.perception.row_products import dots, quadratic_forms
-from facetlog.perception.row_table import Indices, stacked
+from facetlog.perception.batch_linalg import dots, quadratic_forms
+from facetlog.perception.ragged import Indices, stacked
 from facetlog.perception.scene import Scene
 from facetlog.perception.types import FloatArray
 
@@ -23,7 +23,7 @@ class PlaneTable:
 
     @classmethod
     def of(cls, *scenes: Scene) -> "PlaneTable":
-        """The planes of the scenes' faces, in order."""
+        """Return the planes of the scenes' faces, in order."""
         planes = [face.plane for scene in scenes for face in scene.faces]
         return cls(
             stacked([p.normal for p in planes], 3),
@@ -37,7 +37,9 @@ class PlaneTable:
         return self.covs[:, :3, :3]
 
     def distances(self, points: FloatArray, covs: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Signed distances (n, f) of points (n, 3) of covariances (n, 3, 3), and their 1σ."""
+        """Return signed distances (n, f) of points (n, 3) of covariances (n, 3, 3), and their
+        1σ.
+        """
         levers = np.column_stack([points, np.ones(len(points))])
         # var d = (p, 1) C (p, 1)ᵀ + nᵀ V n, both as products of flattened squares
         variance = _squares(levers) @ self.covs.reshape(-1, 16).T
@@ -47,7 +49,7 @@ class PlaneTable:
     def heights(
         self, faces: Indices, places: Indices, points: FloatArray, covs: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Signed distances (r,) from the planes of faces (r,), and their 1σ.
+        """Return signed distances (r,) from the planes of faces (r,), and their 1σ.
 
         They are of `places` (r,) of points (n, 3) of covariances (n, 3, 3).
         """
@@ -68,6 +70,6 @@ class PlaneTable:
 
 
 def _squares(vectors: FloatArray) -> FloatArray:
-    """v vᵀ (n, k²) of vectors (n, k), flattened."""
+    """Return v vᵀ (n, k²) of vectors (n, k), flattened."""
     products: FloatArray = vectors[:, :, None] * vectors[:, None]
     return products.reshape(len(vectors), vectors.shape[1] ** 2)

@@ -11,7 +11,7 @@ __all__ = ["in_metres"]
 
 
 def in_metres(scene: Scene, metres: float, relative_sd: float = 0.0) -> Scene:
-    """The scene in metres, `metres` for each unit of its lengths; covariances scale along.
+    """Return the scene in metres, `metres` for each unit of its lengths; covariances scale along.
 
     `relative_sd` is the standard deviation of that scale over the scale. It moves all points
     together, which covariances of single points cannot say: the scene states it as `scale_sd`.

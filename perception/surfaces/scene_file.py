@@ -6,25 +6,25 @@ number comes back with every bit it left with.
 
 import base64
 import json
+from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 from pydantic import ValidationError
 
 from facetlog.errors import InputError
-from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.scene_json.lattice_bits import packed
-from facetlog.perception.surfaces.scene_json.record_faults import missing, repeated
+from facetlog.perception.atomic_write import write_whole
+from facetlog.perception.scene import Scene, SeenLattice, SightLines
 from facetlog.perception.surfaces.scene_json.records import FORMAT, SceneRecord
-from facetlog.perception.surfaces.scene_json.scene_checks import scene_faults
+from facetlog.perception.surfaces.scene_json.scene_checks import number_faults, scene_faults
 from facetlog.perception.surfaces.scene_json.scene_fault import (
     SceneFault,
     SceneFileError,
     json_path,
+    missing,
+    repeated,
 )
-from facetlog.perception.surfaces.scene_json.scene_numbers import number_faults
-from facetlog.perception.surfaces.scene_json.scene_of_record import END, scene_of_record
-from facetlog.perception.types import FloatArray
-from facetlog.perception.whole_file import write_whole
+from facetlog.perception.surfaces.scene_json.scene_of_record import END, packed, scene_of_record
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 __all__ = [
@@ -43,7 +43,9 @@ def write_scene(scene: Scene, path: Path) -> None:
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene of a `facetlog-scene/1` file; raises InputError naming the file and the place."""
+    """Return the scene of a `facetlog-scene/1` file; raises InputError naming the file and the
+    place.
+    """
     try:
         content = read_regular(path, MOST_SCENE_BYTES)
     except OSError as exc:
@@ -52,115 +54,62 @@ def read_scene(path: Path) -> Scene:
 
 
 def scene_to_json(scene: Scene) -> str:
-    """The scene as one JSON object; raises ValueError where a number is not finite."""
+    """Return the scene as one JSON object; ValueError where a number is not finite."""
+    posed = zip(scene.cameras, scene.poses, strict=False)
     content = {
         "schema": FORMAT,
         "name": scene.name,
         "metric": scene.metric,
-        "up": None if scene.up is None else _rows(scene.up),
+        "up": scene.up,
         "views": scene.views,
-        "vertices": [
-            {
-                "point": _rows(vertex.point),
-                "cov": _rows(vertex.cov),
-                "observations": [
-                    {"view": seen.view, "uv": _rows(seen.uv), "cov": _rows(seen.cov)}
-                    for seen in vertex.observations
-                ],
-                "label": vertex.label,
-            }
-            for vertex in scene.vertices
-        ],
-        "edges": [
-            {
-                "start": edge.start,
-                "end": edge.end,
-                "support": edge.support,
-                "evidence": edge.evidence,
-            }
-            for edge in scene.edges
-        ],
-        "faces": [
-            {
-                "outline": face.outline,
-                "plane": {
-                    "normal": _rows(face.plane.normal),
-                    "offset": face.plane.offset,
-                    "cov": _rows(face.plane.cov),
-                },
-                "holes": face.holes,
-                "support": face.support,
-                "coverage": face.coverage,
-                "evidence": face.evidence,
-                "sights": [
-                    {
-                        "view": sight.view,
-                        "seen": sight.seen,
-                        "hidden": sight.hidden,
-                        "outside": sight.outside,
-                    }
-                    for sight in face.sights
-                ],
-            }
-            for face in scene.faces
-        ],
+        "vertices": scene.vertices,
+        "edges": scene.edges,
+        "faces": scene.faces,
         "warnings": scene.warnings,
-        "patches": [
-            {
-                "points": _rows(patch.points),
-                "normals": _rows(patch.normals),
-                "areas": _rows(patch.areas),
-                "hull": patch.hull,
-            }
-            for patch in scene.patches
-        ],
-        "bodies": [
-            {
-                "faces": body.faces,
-                "edges": body.edges,
-                "patches": body.patches,
-                "whole": body.whole,
-            }
-            for body in scene.bodies
-        ],
-        "sights": [
-            {
-                "origin": _rows(lines.origin),
-                "ends": base64.b64encode(lines.ends.astype(END).tobytes()).decode(),
-                "view": lines.view,
-            }
-            for lines in scene.sights
-        ],
+        "patches": scene.patches,
+        "bodies": scene.bodies,
+        "sights": scene.sights,
         "cameras": [
             {
                 "size": (camera.width, camera.height),
                 "focal": (camera.fx, camera.fy),
                 "middle": (camera.cx, camera.cy),
-                "rotation": _rows(pose.rotation),
-                "centre": _rows(pose.centre),
+                "rotation": pose.rotation,
+                "centre": pose.centre,
             }
-            for camera, pose in zip(scene.cameras, scene.poses, strict=False)
+            for camera, pose in posed
         ],
-        "lattices": [
-            {
-                "corner": _rows(seen.corner),
-                "steps": _rows(seen.steps),
-                "size": seen.shown.shape[1:],
-                "views": seen.views,
-                "origins": _rows(seen.origins),
-                "shown": base64.b64encode(packed(seen.shown)).decode(),
-                "wrong": seen.wrong,
-                "ground": seen.ground,
-            }
-            for seen in scene.lattices
-        ],
+        "lattices": scene.lattices,
         **({"scale_sd": scene.scale_sd} if scene.scale_sd > 0.0 else {}),
     }
-    return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(content, default=_to_json, allow_nan=False, ensure_ascii=False)
+    return text + "\n"
+
+
+def _to_json(value: object) -> object:
+    """Return the lists or fields that stand for an array or a part of a scene."""
+    match value:
+        case np.ndarray():
+            return value.tolist()
+        case SightLines():
+            ends = base64.b64encode(value.ends.astype(END).tobytes()).decode()
+            return {"origin": value.origin, "ends": ends, "view": value.view}
+        case SeenLattice():
+            return {
+                "corner": value.corner,
+                "steps": value.steps,
+                "size": value.shown.shape[1:],
+                "views": value.views,
+                "origins": value.origins,
+                "shown": base64.b64encode(packed(value.shown)).decode(),
+                "wrong": value.wrong,
+                "ground": value.ground,
+            }
+    return {field.name: getattr(value, field.name) for field in fields(value)}  # type: ignore[arg-type]
 
 
 def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
-    """The scene of a JSON text; `source` is what messages call it.
+    """Return the scene of a JSON text; `source` is what messages call it.
 
     Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
     """
@@ -176,13 +125,8 @@ def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
     return scene
 
 
-def _rows(array: FloatArray) -> list[object]:
-    rows: list[object] = array.tolist()
-    return rows
-
-
 def _record(text: str | bytes, source: str) -> SceneRecord:
-    """What a JSON text says; SceneFileError if it has another form."""
+    """Return what a JSON text says; SceneFileError if it has another form."""
     try:
         return SceneRecord.model_validate_json(text)
     except ValidationError as exc:
@@ -194,7 +138,7 @@ def _record(text: str | bytes, source: str) -> SceneRecord:
 
 
 def _said(kind: str, message: str) -> str:
-    """What pydantic says on one line; of what is no JSON, also the way out."""
+    """Return what pydantic says on one line; of what is no JSON, also the way out."""
     line = " ".join(message.split())
     if kind != "json_invalid":
         return line

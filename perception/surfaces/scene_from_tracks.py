@@ -22,12 +22,28 @@ from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
-__all__ = ["Assembled", "assemble", "without_unused"]
+__all__ = ["Assembled", "Stated", "assemble", "without_unused"]
 
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
 MIN_FIXED = 3
 OFF_SDS = 3.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stated:
+    """Statements about a scene beside its views: name, world frame, unit and errors of poses.
+
+    With `sd_limit` a vertex takes its observations in the order of the views until its largest
+    standard deviation is below. `lens_is_off` says that the lenses are known not to be as stated.
+    """
+
+    name: str
+    up: FloatArray | None = None
+    metric: bool = False
+    sd_limit: float | None = None
+    errors: PoseErrors | None = None
+    lens_is_off: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,25 +57,14 @@ class Assembled:
     factor: float
 
 
-def assemble(
-    tracked: TrackedFaces,
-    views: Sequence[View],
-    *,
-    name: str,
-    up: FloatArray | None,
-    metric: bool,
-    sd_limit: float | None = None,
-    errors: PoseErrors | None = None,
-    lens_is_off: bool = False,
-) -> Assembled:
-    """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
+def assemble(tracked: TrackedFaces, views: Sequence[View], stated: Stated) -> Assembled:
+    """Return the scene of the tracked faces, without tracks that have no point or plane.
 
     Poses are never exact: they are adjusted together with the corners of the faces, by what is
-    stated of their `errors` and what the residuals show beyond that (bundle_adjustment/); so are
-    lenses that the residuals show to be off, or that are known to be. All else
-    is estimated at the adjusted poses, and all covariances have what these are off. With `sd_limit`
-    a vertex takes its observations in the order of the views until its largest standard
-    deviation is below; vertices that never get there are named in a warning.
+    stated of their errors and what the residuals show beyond that (bundle_adjustment/); so are
+    lenses that the residuals show to be off, or that are known to be. All else is estimated at the
+    adjusted poses, and all covariances have what these are off. Vertices that never get below the
+    stated limit of their standard deviation are counted in a warning.
     """
     tracks = list(tracked.tracks)
     seen = _as_arrays(tracks, tracked.weight)
@@ -67,7 +72,7 @@ def assemble(
     corners = np.unique([k for face in tracked.faces for k in face.corners]).astype(np.intp)
     if not len(corners):
         corners = np.arange(len(tracks))
-    placed = adjusted_points(seen.rows(corners), views, errors, lens_is_off)
+    placed = adjusted_points(seen.rows(corners), views, stated.errors, stated.lens_is_off)
 
     few = placed.used.sum(axis=1) < MIN_FIXED
     corner = {int(k): n for n, k in enumerate(corners)}
@@ -97,12 +102,12 @@ def assemble(
     cov = found.factor * seen.noise(found.extra_px)
 
     warnings = list(tracked.warnings)
-    if sd_limit is not None:
-        reached = _stop_at(sd_limit, seen.uv, cov, found)
+    if stated.sd_limit is not None:
+        reached = _stop_at(stated.sd_limit, seen.uv, cov, found)
         if reached < ok.sum():
             warnings.append(
                 f"{ok.sum() - reached} of {ok.sum()} vertices did not reach the standard "
-                f"deviation of {sd_limit:g}: more views are needed"
+                f"deviation of {stated.sd_limit:g}: more views are needed"
             )
 
     number = {int(k): n for n, k in enumerate(np.nonzero(ok)[0])}
@@ -154,7 +159,7 @@ def assemble(
             support.setdefault(side, 1.0)
             measured.add(side)
     scene = Scene(
-        name=name,
+        name=stated.name,
         views=tuple(v.name for v in views),
         vertices=vertices,
         edges=tuple(
@@ -162,8 +167,8 @@ def assemble(
             for side, s in sorted(support.items())
         ),
         faces=tuple(faces),
-        up=up,
-        metric=metric,
+        up=stated.up,
+        metric=stated.metric,
         warnings=tuple(warnings),
         poses=tuple(v.pose for v in found.views),
         cameras=tuple(v.camera for v in found.views),
@@ -173,7 +178,7 @@ def assemble(
 
 
 def without_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
-    """The scene with these of its edges, and without vertices that nothing has any more."""
+    """Return the scene with these of its edges, and without vertices that nothing has any more."""
     rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
     used = sorted(
         {k for ring in rings for k in ring} | {k for e in edges for k in (e.start, e.end)}

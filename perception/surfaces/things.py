@@ -22,16 +22,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import hangs_behind, stands_behind
-from facetlog.perception.risen_lines import rise_from_rim
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.attached_edges import hangs_behind, rise_from_rim, stands_behind
+from facetlog.perception.batch_linalg import dots
+from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.thing_meetings import Stance, stances
-from facetlog.perception.surfaces.thing_parts import Cores, Parts
+from facetlog.perception.surfaces.thing_parts import Cores, Parts, Stance, stances
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Thing", "find_things"]
@@ -61,8 +59,8 @@ class Thing:
 
 
 def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
-    """Whether a face of some outline (k, 3) is much longer than the contact, whose farthest points
-    `span` (3,) joins.
+    """Return whether a face of some outline (k, 3) is much longer than the contact, whose farthest
+    points `span` (3,) joins.
     """
     length = float(np.linalg.norm(span))
     if length == 0.0:
@@ -72,18 +70,18 @@ def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
 
 
 def _farthest(points: FloatArray) -> FloatArray:
-    """The longest of the differences between points (n, 3), n small."""
+    """Return the longest of the differences between points (n, 3), n small."""
     differences = points[:, None] - points[None]
     squares = np.einsum("ijk,ijk->ij", differences, differences)
     longest: FloatArray = differences[np.unravel_index(int(np.argmax(squares)), squares.shape)]
     return longest
 
 
-def _beside_faces(parts: Parts, cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: loose edges that stand behind a face within its outline, near enough, or rise
-    from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
+def _beside_faces(cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
+    """Return pairs of cores: loose edges that stand behind a face within its outline, near enough,
+    or rise from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
     """
-    table = parts.table
+    parts, table = cores.parts, cores.parts.table
     if not len(parts.loose):
         return
     scene = table.tolerance.scene[parts.loose[:, 0]]
@@ -99,15 +97,15 @@ def _beside_faces(parts: Parts, cores: Cores, ups: FloatArray) -> Iterator[tuple
                 yield min(core, other), max(core, other)
 
 
-def _under_tops(
-    parts: Parts, cores: Cores, pictured: NDArray[np.bool_]
-) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: an upward face, and an upright one that stands beneath it within its outline
-    and begins as near behind it as boards are thick. What has a top of its own is another thing.
+def _under_tops(cores: Cores, pictured: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Return pairs of cores: an upward face, and an upright one that stands beneath it within its
+    outline and begins as near behind it as boards are thick. What has a top of its own is another
+    thing.
 
     `pictured` (s,) are scenes of pictures.
     """
-    table, of = parts.table, cores.of[: len(parts.table)]
+    parts, table = cores.parts, cores.parts.table
+    of = cores.of[: len(table)]
     usable = pictured[table.scene] & (table.areas > 0.0)
     tops = usable & (parts.rise > LEVEL_ENOUGH)
     uprights = usable & ~np.isin(of, of[tops]) & (np.abs(parts.rise) < LEVEL_ENOUGH)
@@ -120,14 +118,14 @@ def _under_tops(
                 yield min(int(of[top]), int(of[side])), max(int(of[top]), int(of[side]))
 
 
-def _stands_apart(parts: Parts, cores: Cores, core: int, face: int, how: Stance) -> bool:
-    """Whether a core in front of a face only stands there: see the module's rules."""
-    table, rise = parts.table, float(parts.rise[face])
+def _stands_apart(cores: Cores, core: int, face: int, how: Stance) -> bool:
+    """Return whether a core in front of a face only stands there: see the module's rules."""
+    table, rise = cores.parts.table, float(cores.parts.rise[face])
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
     if cores.bodies[cores.of[face]]:
         if rise <= LEVEL_ENOUGH:
-            return bool(cores.bodies[core]) and _is_turned(parts, cores, core, face)
+            return bool(cores.bodies[core]) and _is_turned(cores, core, face)
         if how.at_rim:
             return False
     elif how.by_side and not cores.bodies[core]:
@@ -136,8 +134,9 @@ def _stands_apart(parts: Parts, cores: Cores, core: int, face: int, how: Stance)
     return _reaches_on(outline, _farthest(table.points[sorted(how.vertices)]))
 
 
-def _is_turned(parts: Parts, cores: Cores, core: int, face: int) -> bool:
-    """Whether no face of a core but level ones is along or square to an upright face."""
+def _is_turned(cores: Cores, core: int, face: int) -> bool:
+    """Return whether no face of a core but level ones is along or square to an upright face."""
+    parts = cores.parts
     own = np.flatnonzero(cores.of[: len(parts.table)] == core)
     upright = own[np.abs(parts.rise[own]) <= LEVEL_ENOUGH]
     normals = parts.table.planes.normals
@@ -154,7 +153,8 @@ def find_things(
     edges: tuple[Indices, Indices],
     loose: Indices,
 ) -> tuple[Thing, ...]:
-    """The bodies of scenes that tell them apart, of others their things by their first faces.
+    """Return the bodies of scenes that tell them apart, of others their things by their first
+    faces.
 
     `edges` are vertices (e, 2) and how many of them each scene has (s,); `loose` (l,) are those
     that bound no face, ascending. What of these joins no face belongs to no thing.
@@ -169,17 +169,17 @@ def find_things(
     rise = dots(table.planes.normals, ups[table.scene])
     parts = Parts.of(table, rise, ends[loose])
     cores = Cores.among(parts, contacts)
-    met = set(_beside_faces(parts, cores, ups))
-    met |= set(_under_tops(parts, cores, np.array([bool(scene.views) for scene in scenes])))
+    met = set(_beside_faces(cores, ups))
+    met |= set(_under_tops(cores, np.array([bool(scene.views) for scene in scenes])))
     # What is so placed is no support, whatever else of it meets: a leg's slanted side touches its
     # seat at a corner, from which the seat reaches on.
     joined = met.copy()
     apart: set[tuple[int, int]] = set()
-    for (core, face), stance in stances(parts, cores, contacts).items():
+    for (core, face), stance in stances(cores).items():
         other = int(cores.of[face])
         pair = (min(core, other), max(core, other))
         met.add(pair)
-        if _stands_apart(parts, cores, core, face, stance):
+        if _stands_apart(cores, core, face, stance):
             apart.add(pair)
     groups = components(len(cores.bodies), met - (apart - joined))
     things: dict[int, tuple[list[int], list[int]]] = {}
@@ -199,7 +199,7 @@ def find_things(
 def _told(
     bodies: Sequence[tuple[Body, ...]], first_face: Indices, first_edge: Indices, loose: Indices
 ) -> Iterator[Thing]:
-    """The bodies that scenes tell apart as things."""
+    """Return the bodies that scenes tell apart as things."""
     known = set(loose.tolist())
     begins = zip(first_face.tolist(), first_edge.tolist(), strict=True)
     for scene, (own, (face, edge)) in enumerate(zip(bodies, begins, strict=True)):

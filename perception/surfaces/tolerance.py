@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.row_table import Indices, row_starts
+from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.types import FloatArray
 
@@ -33,7 +33,7 @@ class Tolerance:
     widest: float
 
     def within(self, sds: ArrayLike) -> FloatArray:
-        """Three of each sd, not below rounding and not above the widest.
+        """Return the tolerance: three of each sd, not below rounding and not above the widest.
 
         >>> Tolerance(np.zeros(0), 0.001, 0.02).within([0.0, 0.002, 5.0])
         array([0.001, 0.007, 0.02 ])
@@ -43,7 +43,7 @@ class Tolerance:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tolerances:
-    """The same of the scenes (s,) of a block; vertex (n,) is of the scene `scene` (n,)."""
+    """Tolerances of the scenes (s,) of a block; vertex (n,) is of the scene `scene` (n,)."""
 
     vertex_sds: FloatArray
     scene: Indices
@@ -54,8 +54,9 @@ class Tolerances:
     def of_scenes(
         cls, scenes: Sequence[Scene], points: FloatArray, covs: FloatArray
     ) -> "Tolerances":
-        """Those of the vertices of scenes (s,), all their points (n, 3) and covariances (n, 3, 3),
-        in proportion to the diagonal of each scene's largest object, or of all where none is known.
+        """Return those of the vertices of scenes (s,), all their points (n, 3) and covariances (n,
+        3, 3), in proportion to the diagonal of each scene's largest object, or of all where none is
+        known.
         """
         sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
         counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
@@ -69,17 +70,20 @@ class Tolerances:
         return cls(sds, scene_of, LENGTH_RESOLUTION * diagonals, WIDEST * diagonals)
 
     def of_scene(self, scene: int) -> Tolerance:
-        """That of one of the scenes."""
+        """Return the tolerance of one of the scenes."""
         sds = self.vertex_sds[self.scene == scene]
         return Tolerance(sds, float(self.finest[scene]), float(self.widest[scene]))
 
     def within(self, sds: FloatArray, scenes: Indices) -> FloatArray:
-        """Three of each sd (...), not below rounding and not above the widest of `scenes` (...)."""
+        """Return the tolerance: three of each sd (...), not below rounding and not above the widest
+        of `scenes` (...).
+        """
         found: FloatArray = np.minimum(SDS * sds + self.finest[scenes], self.widest[scenes])
         return found
 
     def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.bool_]:
-        """Which of the vertices (r, k) of each row have its highest reach (r, k), within 3 sd.
+        """Return which of the vertices (r, k) of each row have its highest reach (r, k), within 3
+        sd.
 
         The mean of equals is the better estimate of an extreme: the highest alone is high by its
         noise, and which one it is depends on rounding. A reach of -inf is left out.
@@ -93,6 +97,6 @@ class Tolerances:
 
 
 def _vertices_of(scene: Scene, body: Body) -> list[int]:
-    """The vertices that a body's faces and patches reach to."""
+    """Return the vertices that a body's faces and patches reach to."""
     rings = [scene.faces[i].outline for i in body.faces]
     return list(chain(*rings, *(scene.patches[i].hull for i in body.patches)))

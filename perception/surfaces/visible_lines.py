@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from facetlog.perception.line_drawing import LineDrawing
+from facetlog.perception.ragged import joined
 from facetlog.perception.surfaces.drawing.frustum import NEAR_SHARE
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import Camera, FloatArray, Pose
@@ -53,7 +52,7 @@ def visible_lines(
     camera: Camera,
     pose: Pose,
 ) -> VisibleLines:
-    """What a camera sees of edges (e, 2), pairs of vertices, among the faces of the table.
+    """Return what a camera sees of edges (e, 2), pairs of vertices, among the faces of the table.
 
     `bounds` (b, 2) are an edge and a face that has it as a side, which does not hide it. Faces hide
     whichever way they look. `flat` (k, 3) are an edge and two faces along it that go on in one
@@ -86,7 +85,7 @@ def visible_lines(
 
 
 def _pixels(ends: FloatArray, camera: Camera) -> FloatArray:
-    """Pixels (..., 2) of points (..., 3) of the camera's frame, which lie before it."""
+    """Return pixels (..., 2) of points (..., 3) of the camera's frame, which lie before it."""
     focal, middle = np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy])
     found: FloatArray = ends[..., :2] / ends[..., 2:] * focal + middle
     return found
@@ -95,7 +94,8 @@ def _pixels(ends: FloatArray, camera: Camera) -> FloatArray:
 def _in_picture(
     ends: FloatArray, camera: Camera
 ) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.bool_]]:
-    """Edges (k,) that reach into the picture, their ends there (k, 2, 3), which are whole (k, 2).
+    """Find the edges (k,) that reach into the picture, their ends there (k, 2, 3), which are whole
+    (k, 2).
 
     Liang and Barsky 1984, with planes through the camera in place of the picture's sides.
     """
@@ -125,7 +125,7 @@ def _in_picture(
 
 
 def _pieces(pixels: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-    """Segments (k, 2, 2) cut where others cross or touch them.
+    """Cut segments (k, 2, 2) where others cross or touch them.
 
     Pieces as the segment's number, and where they begin and end on it, as shares of its picture.
     """
@@ -164,7 +164,9 @@ def _pieces(pixels: FloatArray) -> tuple[NDArray[np.intp], FloatArray, FloatArra
 
 
 def _between(ends: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Points (n, 3) of segments (n, 2, 3), in the picture midway between two shares of them."""
+    """Return points (n, 3) of segments (n, 2, 3), in the picture midway between two shares of
+    them.
+    """
     middle = (low + high) / 2
     # Along a picture 1/z runs evenly; so the share of the way in space is that over its depth.
     inverse = 1.0 / ends[..., 2]
@@ -181,7 +183,7 @@ def _seen(
     edge: NDArray[np.intp],
     points: FloatArray,
 ) -> NDArray[np.bool_]:
-    """Which points (n, 3), of edges (n,), no face hides from the centre (3,)."""
+    """Return which points (n, 3), of edges (n,), no face hides from the centre (3,)."""
     seen = np.ones(len(points), dtype=np.bool_)
     distance, height = (
         table.planes.distances(p, np.zeros((len(p), 3, 3)))[0] for p in (points, centre[None])
@@ -212,7 +214,7 @@ def _within_flat(
     edge: NDArray[np.intp],
     points: FloatArray,
 ) -> NDArray[np.bool_]:
-    """Which points (n, 3), of edges (n,), have two faces of one plane beside them."""
+    """Return which points (n, 3), of edges (n,), have two faces of one plane beside them."""
     within = np.zeros(len(points), dtype=np.bool_)
     for number, one, two in flat.tolist():
         asked = np.flatnonzero(edge == number)
@@ -236,7 +238,7 @@ def _within_flat(
 def _points(
     ends: FloatArray, vertex: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.intp]]:
-    """Ends of pieces (n, 2) that are one point, each with its vertex (n,) or -1.
+    """Join ends of pieces (n, 2) that are one point, each with its vertex (n,) or -1.
 
     For each the number of its point; the points (p, 2); and their vertices (p,), the first of those
     that fall together.
@@ -244,8 +246,7 @@ def _points(
     if not len(ends):
         return np.zeros(0, dtype=np.intp), np.zeros((0, 2)), np.zeros(0, dtype=np.intp)
     near = cKDTree(ends).query_pairs(SAME_POINT_PX, output_type="ndarray")
-    linked = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), (len(ends), len(ends)))
-    count, of = connected_components(linked, directed=False)
+    count, of = joined(len(ends), near)
     first = np.full(count, np.iinfo(np.intp).max)
     named = vertex >= 0
     np.minimum.at(first, of[named], vertex[named])
@@ -260,7 +261,9 @@ def _points(
 def _drawing(
     points: FloatArray, vertex: NDArray[np.intp], lines: NDArray[np.intp], edge: NDArray[np.intp]
 ) -> VisibleLines:
-    """The drawing of pieces (m, 2) of edges (m,), those on each other once, without idle cuts."""
+    """Return the drawing of pieces (m, 2) of edges (m,), those on each other once, without idle
+    cuts.
+    """
     lines, edge = _once(lines, edge)
     lines, edge = _once(*_rejoined(lines, edge, vertex))
     used, renumbered = np.unique(lines, return_inverse=True)
@@ -274,7 +277,7 @@ def _drawing(
 def _once(
     lines: NDArray[np.intp], edge: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Lines of two different points, each pair of points once, by the first edge."""
+    """Return lines of two different points, each pair of points once, by the first edge."""
     there = lines[:, 0] != lines[:, 1]
     lines, edge = lines[there], edge[there]
     order = np.lexsort((edge, *np.sort(lines, axis=1).T))
@@ -286,7 +289,7 @@ def _once(
 def _rejoined(
     lines: NDArray[np.intp], edge: NDArray[np.intp], vertex: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The lines, with pieces of one edge joined where only what is hidden crosses it."""
+    """Return the lines, with pieces of one edge joined where only what is hidden crosses it."""
     kept: dict[int, tuple[int, int, int]] = {
         i: (a, b, e)
         for i, ((a, b), e) in enumerate(zip(lines.tolist(), edge.tolist(), strict=True))

@@ -43,7 +43,7 @@ def observations(uv, cov):
 
 
 def moved(projections, rotation, shift, scale):
-    """The same cameras in a world turned, scaled and shifted: new = scale * R old + shift."""
+    """Return the cameras in a world turned, scaled and shifted: new = scale * R old + shift."""
     old_from_new = np.eye(4)
     old_from_new[:3, :3] = rotation.T / scale
     old_from_new[:3, 3] = -rotation.T @ shift / scale

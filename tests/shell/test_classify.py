@@ -176,7 +176,7 @@ def test_a_table_that_cannot_be_written_at_the_end_keeps_the_rows(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("facetlog.perception.whole_file.os.fsync", full)
+    monkeypatch.setattr("facetlog.perception.atomic_write.os.fsync", full)
     monkeypatch.setattr("facetlog.batch.journal.Journal.sync", lambda _: None)
     assert main(["classify", "in", "-o", "r.csv"]) == 2
     assert "No space left" in capsys.readouterr().err

@@ -10,9 +10,9 @@ from facetlog.cli import main
 from facetlog.errors import InputError
 from facetlog.output_file import OWN_PAGE, OWN_SCENE, check_distinct, check_output_file
 from facetlog.output_folder import check_replaceable, output_folder
+from facetlog.perception.atomic_write import write_whole
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import write_scene
-from facetlog.perception.whole_file import write_whole
 
 FOREIGN = b"mine\n"
 

@@ -48,7 +48,7 @@ from facetlog.perception.detection.line_front_end.planes.square_planes import SQ
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import ring_sides
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["BoardSearch", "Sight"]

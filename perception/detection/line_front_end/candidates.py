@@ -26,7 +26,7 @@ from facetlog.perception.detection.line_front_end.planes.square_planes import (
     square_normals,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["LEAST_PENALTY", "Candidate", "Judge", "penalty", "simplest", "square", "tidy"]

@@ -12,7 +12,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.detection.line_front_end.side_fit import SideFits
 from facetlog.perception.detection.tracked_faces import Completion
-from facetlog.perception.ties import ascending
+from facetlog.perception.stable_order import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
 __all__ = [

@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 from facetlog.perception.detection.line_front_end.outlines.plane_grid import MAX_CELLS
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ties import descending, largest
+from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["without_spurs"]

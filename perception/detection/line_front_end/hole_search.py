@@ -45,7 +45,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
 from facetlog.perception.flat_faces import plane_axes, ring_sides
 from facetlog.perception.polygons import find_difference, find_intersection, make_polygon
-from facetlog.perception.ties import descending, largest
+from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["HoleFinder", "differs_more"]

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import lies_inside, stands_behind
+from facetlog.perception.attached_edges import lies_inside, rise_from_rim, stands_behind
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     blocked,
@@ -21,7 +21,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["find_loose_edges"]

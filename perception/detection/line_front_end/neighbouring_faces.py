@@ -34,7 +34,7 @@ from facetlog.perception.detection.line_front_end.face_selection import (
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import ring_sides, vector_area
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["neighbouring_faces"]

@@ -45,7 +45,7 @@ from facetlog.perception.detection.line_front_end.points_3d.texture_points impor
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.flat_faces import vector_area
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["texture_faces"]

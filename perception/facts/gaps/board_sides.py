@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import shapely
 
-from facetlog.perception.behind_face import MAX_GAP_SHARE, MIN_DEPTH_SHARE
+from facetlog.perception.attached_edges import MAX_GAP_SHARE, MIN_DEPTH_SHARE
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.surfaces.face_table import FaceTable

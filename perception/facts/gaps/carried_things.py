@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from facetlog.perception.batch_linalg import dots
 from facetlog.perception.facts.gaps.board_sides import one_board
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_products import dots
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.face_table import FaceTable

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from facetlog.perception.facts.gaps.perpendiculars import Sheets
 from facetlog.perception.facts.relations import VAGUE
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS

@@ -24,7 +24,7 @@ from facetlog.perception.facts.gaps.nearest_points import (
     to_sides,
 )
 from facetlog.perception.flat_faces import Estimate
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing

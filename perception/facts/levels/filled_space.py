@@ -10,7 +10,7 @@ from facetlog.perception.facts.levels.bounded import Bounded
 from facetlog.perception.facts.levels.levels import Level, level_at
 from facetlog.perception.facts.levels.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, ROUNDING, Grid
 from facetlog.perception.space.space import Space

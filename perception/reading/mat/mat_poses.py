@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.first_names import named
 from facetlog.perception.length_units import Length
+from facetlog.perception.name_lists import named
 from facetlog.perception.reading.exif import TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion

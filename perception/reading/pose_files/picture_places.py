@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import islice, takewhile
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 from facetlog.perception.reading.pose_files.pose_checks import is_file
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from facetlog.errors import InputError
+from facetlog.perception.atomic_write import write_whole
 from facetlog.perception.reading.sfm.outcome import Outcome
 from facetlog.perception.reading.sfm.request import Settings
 from facetlog.perception.reading.shots import Shot
-from facetlog.perception.whole_file import write_whole
 from facetlog.regular_file import read_regular_text
 
 __all__ = ["KeptModel", "check_keep", "keep_model", "kept_outcome", "made_from"]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.file_damage import (
     describe_bad_row,
     describe_claim,

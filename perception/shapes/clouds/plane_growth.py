@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.shapes.clouds.neighbourhoods import Neighbourhoods
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["CURVED", "WARP", "grown_regions"]

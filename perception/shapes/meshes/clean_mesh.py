@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.grouped import Indices, group_sums, joined
+from facetlog.perception.ragged import Indices, group_sums, joined
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, cells_of
 from facetlog.perception.types import FloatArray

@@ -13,7 +13,6 @@ import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import Indices, by_group
 from facetlog.perception.polygons import (
     find_difference,
     find_enclosed_area,
@@ -21,6 +20,7 @@ from facetlog.perception.polygons import (
     make_polygon,
     make_valid,
 )
+from facetlog.perception.ragged import Indices, by_group
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, sizes_of
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import Indices, by_group, joined
 from facetlog.perception.polygons import find_enclosed_area, triangulate
+from facetlog.perception.ragged import Indices, by_group, joined
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, rebuilt
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane
 from facetlog.perception.types import FloatArray

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.grouped import group_sums
+from facetlog.perception.ragged import group_sums
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.clean_mesh import (
     MOST_LOST,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices, joined
+from facetlog.perception.ragged import Indices, joined
 from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, boxes_round
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import by_group, group_sums
+from facetlog.perception.ragged import by_group, group_sums
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes

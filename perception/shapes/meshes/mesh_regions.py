@@ -17,7 +17,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.grouped import Indices, by_group, group_sums, joined
+from facetlog.perception.ragged import Indices, by_group, group_sums, joined
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, sizes_of
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
 from facetlog.perception.types import FloatArray

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import group_sums, joined
+from facetlog.perception.ragged import group_sums, joined
 from facetlog.perception.shapes.meshes.clean_mesh import Surface
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
 from facetlog.perception.shapes.regions.floor_and_walls import LEAST_ROOM

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices, by_group, group_sums
+from facetlog.perception.ragged import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh, sizes_of

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from facetlog.perception.grouped import Indices, by_group, group_sums
+from facetlog.perception.ragged import Indices, by_group, group_sums
 from facetlog.perception.shapes.meshes.clean_mesh import Surface
 from facetlog.perception.shapes.regions.surface_samples import Samples, sample_triangles, thinned
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays

@@ -11,8 +11,8 @@ import shapely
 from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.grouped import Indices, by_group, group_sums, joined
 from facetlog.perception.polygons import find_enclosed_area, find_union
+from facetlog.perception.ragged import Indices, by_group, group_sums, joined
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.grouped import Indices, group_sums
+from facetlog.perception.ragged import Indices, group_sums
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.types import FloatArray

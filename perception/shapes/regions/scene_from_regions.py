@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.flat_faces import plane_axes, vector_area
-from facetlog.perception.grouped import by_group
 from facetlog.perception.polygons import make_polygon, triangulate
+from facetlog.perception.ragged import by_group
 from facetlog.perception.scene import Body, Edge, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.outermost_points import outermost

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from facetlog.perception.grouped import Indices, group_sums, joined
+from facetlog.perception.ragged import Indices, group_sums, joined
 from facetlog.perception.scene import Face, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.surfaces.scene_json.scene_checks import unsound_faces

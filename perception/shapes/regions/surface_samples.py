@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.grouped import Indices, group_sums
+from facetlog.perception.ragged import Indices, group_sums
 from facetlog.perception.types import FloatArray
 
 __all__ = ["MOST_CELLS", "Samples", "cells_of", "sample_count", "sample_triangles", "thinned"]

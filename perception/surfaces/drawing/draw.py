@@ -1,4 +1,4 @@
-"""What was found, drawn into the view it was found in."""
+"""Drawings of a scene into the views in which it was found."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,11 +13,13 @@ from facetlog.perception.surfaces.drawing.hidden_surface import (
     faces_camera,
     hidden_surface,
 )
-from facetlog.perception.surfaces.drawing.legend import PAPER, with_legend
 from facetlog.perception.surfaces.drawing.lettering import (
+    PAPER,
+    WHITE,
     Colour,
     ColourImage,
     Lettering,
+    with_legend,
 )
 from facetlog.perception.surfaces.drawing.upright import turned_pixel, upright
 from facetlog.perception.types import FloatArray, View
@@ -36,7 +38,6 @@ SAMPLE_PX = 1.0  # an edge is tested for being hidden at every so many px
 TINT_MEASURED, TINT_IMPLIED = 0.38, 0.18
 ELLIPSE_SD = 2.0
 GOLDEN = 0.6180339887498949  # turns of the hue circle: any number of faces get distinct hues
-WHITE: Colour = (255, 255, 255)
 YELLOW: Colour = (60, 230, 255)
 EDGE: Colour = (90, 255, 90)
 
@@ -52,7 +53,7 @@ def draw_scene(
     parts: Mapping[str, str] | None = None,
     verdict: str = "",
 ) -> ColourImage:
-    """The view in colour with the scene drawn in, (H + legend, W, 3) uint8, blue-green-red.
+    """Return the view in colour with the scene drawn in, (H + legend, W, 3) uint8, blue-green-red.
 
     Faces that turn to the camera are tinted and named (f1 is the first), with the part they play
     if `parts` maps their name to one; measured edges are solid, implied ones dashed, hidden ones
@@ -78,7 +79,8 @@ def draw_scene(
 def contact_sheet(
     images: Sequence[ColourImage], *, width: int = SHEET_WIDTH_PX, columns: int | None = None
 ) -> ColourImage:
-    """All pictures on one sheet, row by row, (H, ≤ width, 3) uint8; each keeps its proportions.
+    """Return all pictures on one sheet, row by row, (H, ≤ width, 3) uint8; each keeps its
+    proportions.
 
     >>> contact_sheet([np.zeros((60, 80, 3), np.uint8)] * 5, width=400, columns=3).shape[1]
     400
@@ -104,7 +106,7 @@ def contact_sheet(
 
 
 def _face_colour(index: int) -> Colour:
-    """A saturated colour, far from those of its neighbours in number."""
+    """Return a saturated colour, far from those of its neighbours in number."""
     hue = round(index * GOLDEN % 1.0 * 179)
     pixel = cv2.cvtColor(np.array([[[hue, 230, 255]]], dtype=np.uint8), cv2.COLOR_HSV2BGR)[0, 0]
     return int(pixel[0]), int(pixel[1]), int(pixel[2])
@@ -147,7 +149,9 @@ def _draw_edges(
 
 
 def _edges_toward(view: View, scene: Scene) -> dict[tuple[int, int], Evidence]:
-    """The edges to draw, by their ends: loose ones, and those of faces that turn to the camera."""
+    """Return the edges to draw, by their ends: loose ones, and those of faces that turn to the
+    camera.
+    """
     bounding: set[tuple[int, int]] = set()
     toward: dict[tuple[int, int], Evidence] = {}
     for face in scene.faces:
@@ -166,7 +170,7 @@ def _edges_toward(view: View, scene: Scene) -> dict[tuple[int, int], Evidence]:
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of each run of at least two true values."""
+    """Return the first and last index of each run of at least two true values."""
     steps = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     starts, ends = np.nonzero(steps == 1)[0], np.nonzero(steps == -1)[0] - 1
     return [(int(a), int(b)) for a, b in zip(starts, ends, strict=True) if b > a]
@@ -181,7 +185,7 @@ def _line(image: ColourImage, start: FloatArray, end: FloatArray, scale: float) 
 def _draw_vertices(
     image: ColourImage, view: View, scene: Scene, surface: HiddenSurface, scale: float
 ) -> list[tuple[str, FloatArray]]:
-    """Draws ellipses; returns name and pixel of each vertex that is to be seen."""
+    """Draw ellipses; return name and pixel of each vertex that is to be seen."""
     shown: list[tuple[str, FloatArray]] = []
     used = {i for pair in _edges_toward(view, scene) for i in pair}
     for number, vertex in enumerate(scene.vertices):
@@ -196,7 +200,7 @@ def _draw_vertices(
 
 
 def _observed(view: View, scene: Scene) -> list[FloatArray]:
-    """The pixels (2,) at which the view shows vertices."""
+    """Return the pixels (2,) at which the view shows vertices."""
     index = scene.views.index(view.name) if view.name in scene.views else -1
     return [
         observation.resized(1.0 / view.enlargement).uv
@@ -207,7 +211,9 @@ def _observed(view: View, scene: Scene) -> list[FloatArray]:
 
 
 def _projected(view: View, vertex: Vertex) -> tuple[FloatArray, FloatArray, float] | None:
-    """Pixel (2,), covariance (2, 2) in px² to first order, and depth; None behind the camera."""
+    """Return the pixel (2,), covariance (2, 2) in px² to first order, and depth; None behind the
+    camera.
+    """
     x, y, z = view.pose.rotation.T @ (vertex.point - view.pose.centre)
     if z <= 0:
         return None
@@ -249,7 +255,7 @@ def _name_faces(
     parts: Mapping[str, str],
     scale: float,
 ) -> None:
-    """Names each face at the middle of the widest place where it is to be seen."""
+    """Name each face at the middle of the widest place where it is to be seen."""
     for number in range(len(scene.faces)):
         mask = np.pad((surface.face == number).astype(np.uint8), 1)
         if not mask.any():
@@ -265,7 +271,7 @@ def _name_faces(
 
 
 def _name_vertices(lettering: Lettering, shown: list[tuple[str, FloatArray]], scale: float) -> None:
-    """Names vertices beside themselves, away from the middle of all where there is room."""
+    """Name vertices beside themselves, away from the middle of all where there is room."""
     if not shown:
         return
     gap = (VERTEX_LETTERS_PX + CROSS_PX) * scale
@@ -282,7 +288,7 @@ def _many(count: int, one: str, several: str = "") -> str:
 
 
 def _legend(view: View, scene: Scene, verdict: str) -> tuple[str, ...]:
-    """The lines below the picture."""
+    """Return the lines below the picture."""
     measured = sum(e.evidence is Evidence.MEASURED for e in scene.edges)
     index = scene.views.index(view.name) if view.name in scene.views else -1
     here = sum(any(o.view == index for o in v.observations) for v in scene.vertices)

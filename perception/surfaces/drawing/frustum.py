@@ -1,4 +1,4 @@
-"""What of a world polygon or segment falls into a picture: clipping before projection."""
+"""Clipping of world polygons and segments to a picture, before projection."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from facetlog.perception.flat_faces import part_above
 from facetlog.perception.types import Camera, FloatArray, Pose
 
 __all__ = ["Frustum"]
@@ -25,39 +26,33 @@ class Frustum:
     pose: Pose
 
     def in_camera(self, points: ArrayLike) -> FloatArray:
-        """World points (n, 3) in the camera's frame, (n, 3)."""
+        """Return world points (n, 3) in the camera's frame, (n, 3)."""
         offset = np.asarray(points, dtype=np.float64).reshape(-1, 3) - self.pose.centre
         return np.asarray(offset @ self.pose.rotation, dtype=np.float64)
 
     def pixels(self, in_camera: FloatArray) -> FloatArray:
-        """Pixels (n, 2) of camera-frame points (n, 3), which must lie in front of the camera."""
+        """Return pixels (n, 2) of camera-frame points (n, 3), which must lie in front of the
+        camera.
+        """
         c = self.camera
         u = c.fx * in_camera[:, 0] / in_camera[:, 2] + c.cx
         v = c.fy * in_camera[:, 1] / in_camera[:, 2] + c.cy
         return np.column_stack([u, v])
 
     def polygon(self, ring: ArrayLike) -> FloatArray:
-        """Pixels (m, 2) of the part of a closed world polygon (n, 3) that is in view; m may be 0.
+        """Return pixels (m, 2) of the part of a closed world polygon (n, 3) that is in view; m may
+        be 0.
 
         Sutherland and Hodgman (1974): cut by one plane after the other. Of a concave ring pieces
         may hang together along the cut, outside the picture.
         """
         points = self.in_camera(ring)
         for plane in self._planes(points):
-            inside = points @ plane[:3] + plane[3]
-            kept: list[FloatArray] = []
-            for i in range(len(points)):
-                j = (i + 1) % len(points)
-                if inside[i] >= 0:
-                    kept.append(points[i])
-                if (inside[i] >= 0) != (inside[j] >= 0):
-                    share = inside[i] / (inside[i] - inside[j])
-                    kept.append(points[i] + share * (points[j] - points[i]))
-            points = np.array(kept).reshape(-1, 3)
+            points = part_above(points, points @ plane[:3] + plane[3])
         return self.pixels(points) if len(points) >= 3 else np.empty((0, 2))
 
     def segment(self, start: ArrayLike, end: ArrayLike) -> FloatArray | None:
-        """The part of a world segment that is in view, camera frame, (2, 3), or None."""
+        """Return the part of a world segment that is in view, camera frame, (2, 3), or None."""
         points = self.in_camera(np.stack([np.asarray(start), np.asarray(end)]))
         low, high = 0.0, 1.0
         for plane in self._planes(points):
@@ -73,7 +68,9 @@ class Frustum:
         return np.asarray(points[0] + np.outer([low, high], points[1] - points[0]))
 
     def _planes(self, points: FloatArray) -> FloatArray:
-        """The five planes (5, 4), inside where plane · (x, y, z, 1) ≥ 0, for camera points."""
+        """Return the five planes (5, 4), inside where plane · (x, y, z, 1) ≥ 0, for camera
+        points.
+        """
         near = NEAR_SHARE * max(float(points[:, 2].max(initial=0.0)), np.finfo(np.float64).tiny)
         return np.vstack([[0.0, 0.0, 1.0, -near], self._sides])
 

@@ -32,7 +32,8 @@ class HiddenSurface:
     scale: float
 
     def visible(self, pixels: FloatArray, depth: FloatArray) -> NDArray[np.bool_]:
-        """Whether points at pixels (n, 2) and depths (n,) are in the picture with nothing before.
+        """Return whether points at pixels (n, 2) and depths (n,) are in the picture with nothing
+        before.
 
         A point near an outline is visible if it is from any of the nearest buffer pixels.
         """
@@ -47,12 +48,14 @@ class HiddenSurface:
 
 
 def faces_camera(face: Face, view: View) -> bool:
-    """Whether the camera is on the outer side of the face."""
+    """Return whether the camera is on the outer side of the face."""
     return bool(face.plane.distance(view.pose.centre) > 0)
 
 
 def hidden_surface(view: View, scene: Scene) -> HiddenSurface:
-    """The foremost of the scene's faces that turn to the camera, at each pixel of the view."""
+    """Return the foremost of the scene's faces that turn to the camera, at each pixel of the
+    view.
+    """
     camera = view.camera
     scale = min(1.0, MAX_BUFFER_PX / max(camera.width, camera.height))
     h, w = max(1, round(camera.height * scale)), max(1, round(camera.width * scale))
@@ -83,7 +86,9 @@ def hidden_surface(view: View, scene: Scene) -> HiddenSurface:
 
 
 def ring_pixels(view: View, scene: Scene, face: Face) -> list[FloatArray]:
-    """Outline and holes of a face in pixels, clipped to the view; empty if it is out of sight."""
+    """Return the outline and holes of a face in pixels, clipped to the view; empty if it is out of
+    sight.
+    """
     frustum = Frustum(view.camera, view.pose)
     points = scene.points
     rings = [frustum.polygon(points[list(ring)]) for ring in (face.outline, *face.holes)]
@@ -91,6 +96,6 @@ def ring_pixels(view: View, scene: Scene, face: Face) -> list[FloatArray]:
 
 
 def fill(mask: NDArray[np.uint8], rings: list[FloatArray], value: int) -> None:
-    """Sets the pixels of a mask that lie inside the rings by the even-odd rule (holes stay)."""
+    """Set the pixels of a mask that lie inside the rings by the even-odd rule (holes stay)."""
     fixed = [np.rint(ring * (1 << SUBPIXEL_BITS)).astype(np.int32) for ring in rings]
     cv2.fillPoly(mask, fixed, value, lineType=cv2.LINE_8, shift=SUBPIXEL_BITS)

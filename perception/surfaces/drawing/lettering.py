@@ -2,12 +2,24 @@
 
 import itertools
 import unicodedata
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "wrap", "write"]
+__all__ = [
+    "PAPER",
+    "WHITE",
+    "Colour",
+    "ColourImage",
+    "Lettering",
+    "plain",
+    "text_size",
+    "with_legend",
+    "wrap",
+    "write",
+]
 
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red
@@ -16,11 +28,15 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 # The letters of OpenCV's stroke fonts are 21 px high at scale 1.
 LETTER_HEIGHT = 21.0
 RIM: Colour = (0, 0, 0)
+WHITE: Colour = (255, 255, 255)
+PAPER: Colour = (32, 32, 32)
+"""The ground of what is written, and of sheets."""
+LEGEND_PX = 9.0  # letters of a legend, for a picture 640 px on its long side
 SPELLED_OUT = {"±": "+/-", "°": " deg", "×": "x", "²": "2", "–": "-", "—": "-", "…": "..."}
 
 
 def plain(text: str) -> str:
-    """The text in printable ASCII, for the stroke fonts know nothing else.
+    """Return the text in printable ASCII, for the stroke fonts know nothing else.
 
     >>> plain("90° ± 0.4°")
     '90 deg +/- 0.4 deg'
@@ -32,7 +48,7 @@ def plain(text: str) -> str:
 
 
 def text_size(text: str, height: float) -> tuple[int, int]:
-    """Width and height in px of the text with letters of the given height in px."""
+    """Return the width and height in px of the text with letters of the given height in px."""
     (width, tall), below = cv2.getTextSize(text, FONT, height / LETTER_HEIGHT, _stroke(height))
     return width, tall + below
 
@@ -51,7 +67,7 @@ class Lettering:
         height: float,
         colour: Colour,
     ) -> bool:
-        """Writes the text centred at the first of the spots (u, v) where it is free; else not."""
+        """Write the text centred at the first of the spots (u, v) where it is free; else not."""
         text = plain(text)
         width, tall = text_size(text, height)
         for u, v in spots:
@@ -73,7 +89,9 @@ class Lettering:
 
 
 def wrap(text: str, height: float, width: float) -> list[str]:
-    """The text in rows of at most `width` px where its words allow; letters `height` px high."""
+    """Return the text in rows of at most `width` px where its words allow; letters `height` px
+    high.
+    """
     rows: list[str] = []
     for word in text.split():
         longer = f"{rows[-1]} {word}" if rows else word
@@ -92,7 +110,7 @@ def write(
     colour: Colour,
     rim: Colour | None = RIM,
 ) -> None:
-    """Writes ASCII text, with a rim if any; `start` is the left end of the base line, px."""
+    """Write ASCII text, with a rim if any; `start` is the left end of the base line, px."""
     at = round(start[0]), round(start[1])
     scale, stroke = height / LETTER_HEIGHT, _stroke(height)
     if rim is not None:
@@ -104,3 +122,16 @@ def write(
 
 def _stroke(height: float) -> int:
     return max(1, round(height / 10))
+
+
+def with_legend(image: ColourImage, lines: Sequence[str], scale: float) -> ColourImage:
+    """Return the picture (H, W, 3) with lines below it, wrapped, in letters `scale` times as
+    large.
+    """
+    width = image.shape[1]
+    height = LEGEND_PX * scale
+    wrapped = [row for line in lines for row in wrap(plain(line), height, width - 2 * height)]
+    strip = np.full((round(height * (1.9 * len(wrapped) + 1.2)), width, 3), PAPER, dtype=np.uint8)
+    for row, line in enumerate(wrapped):
+        write(strip, line, (height, height * (1.9 * row + 1.9)), height, WHITE)
+    return np.vstack([image, strip])

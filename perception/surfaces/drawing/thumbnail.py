@@ -43,7 +43,7 @@ Levels = NDArray[np.int32]
 def thumbnail(
     scene: Scene, size_px: int = SIZE_PX, tints: Mapping[int, int] | None = None
 ) -> bytes:
-    """The scene as a PNG of `size_px` a side, transparent where there is nothing.
+    """Return the scene as a PNG of `size_px` a side, transparent where there is nothing.
 
     Faces are tinted and outlined, surface that is not flat is grey. Seen along parallel rays from
     above where up is known, else with the third axis upwards. `tints` are numbers of tints by the
@@ -69,7 +69,7 @@ def thumbnail(
 
 
 def on_white(png: bytes) -> ColourImage:
-    """A transparent picture, a PNG, before white."""
+    """Return a transparent picture, a PNG, before white."""
     drawn = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     levels = np.asarray(drawn, dtype=np.float64)
     cover = levels[..., 3:] / 255.0
@@ -80,7 +80,9 @@ def on_white(png: bytes) -> ColourImage:
 def contact_sheet(
     shown: Sequence[tuple[Scene, str]], size_px: int = SIZE_PX, across: int = 10
 ) -> bytes:
-    """Thumbnails of scenes, each with its caption beneath, in rows of so many, as one PNG."""
+    """Return thumbnails of scenes, each with its caption beneath, in rows of so many, as one
+    PNG.
+    """
     width = size_px * (1 - 2 * MARGIN)
     captions = [wrap(plain(caption), LETTERS_PX, width) for _, caption in shown]
     tall = size_px + round(LINE_PX * (1 + max(map(len, captions), default=0)))
@@ -98,7 +100,7 @@ def contact_sheet(
 
 
 def _towards(faces: Sequence[Face], toward: FloatArray) -> Iterator[Face]:
-    """The faces but for the backs of sheets: two sides in one place would flicker."""
+    """Return the faces but for the backs of sheets: two sides in one place would flicker."""
     turned = [float(face.plane.normal @ toward) >= 0.0 for face in faces]
     fronts = {frozenset(face.outline) for face, ours in zip(faces, turned, strict=True) if ours}
     for face, ours in zip(faces, turned, strict=True):
@@ -111,7 +113,9 @@ def _sides(outline: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 def _frame(scene: Scene) -> FloatArray:
-    """Rows: the picture's right, its upwards, and towards who looks, (3, 3)."""
+    """Return the rows of the frame: the picture's right, its upwards, and towards who looks, (3,
+    3).
+    """
     up = np.array([0.0, 0.0, 1.0]) if scene.up is None else scene.up
     aside = np.eye(3)[int(np.argmin(np.abs(up)))]
     east = np.cross(aside, up)
@@ -125,7 +129,7 @@ def _frame(scene: Scene) -> FloatArray:
 
 
 def tint_colour(tint: int) -> NDArray[np.uint8]:
-    """The colour (3,) of faces of a tint, as OpenCV orders it, in full light."""
+    """Return the colour (3,) of faces of a tint, as OpenCV orders it, in full light."""
     return _colour(tint * HUE_STEP % 1.0, FACE_SATURATION, 1.0)
 
 
@@ -152,18 +156,22 @@ class _Canvas:
         self._light = frame.T @ np.array([-0.35, 0.55, 0.76])
 
     def _placed(self, points: FloatArray) -> FloatArray:
-        """Column, row and nearness (n, 3) of points (n, 3), in px."""
+        """Return the column, row and nearness (n, 3) of points (n, 3), in px."""
         seen = (points @ self._frame.T - self._middle) * self._px
         half = (self._side - 1) / 2
         return np.column_stack([half + seen[:, 0], half - seen[:, 1], seen[:, 2]])
 
     def _shade(self, normal: FloatArray, hue: float, saturation: int) -> NDArray[np.uint8]:
-        """The colour (3,) of surface, lit whichever way it faces: thin sheets have two sides."""
+        """Return the colour (3,) of surface, lit whichever way it faces: thin sheets have two
+        sides.
+        """
         lit = AMBIENT_SHARE + LIGHT_SHARE * abs(float(normal @ self._light))
         return _colour(hue, saturation, lit)
 
     def draw_face(self, face: Face, points: FloatArray, tint: int | None = None) -> None:
-        """A face with its holes, where it is foremost; without a tint it has one of its own."""
+        """Draw a face with its holes where it is foremost; without a tint it gets one of its
+        own.
+        """
         rings = [self._placed(points[list(ring)]) for ring in (face.outline, *face.holes)]
         mask = np.zeros((self._side, self._side), dtype=np.uint8)
         fixed = [np.rint(ring[:, :2] * 16).astype(np.int32) for ring in rings]
@@ -182,7 +190,7 @@ class _Canvas:
         self._put(rows, columns, near, colour)
 
     def draw_patch(self, patch: Patch) -> None:
-        """Surface that is not flat, as discs of the areas that its points stand for."""
+        """Draw surface that is not flat, as discs of the areas that its points stand for."""
         placed = self._placed(patch.points)
         radii = np.sqrt(patch.areas * DISC_FILL / math.pi) * self._px
         radii = np.clip(radii, 1.0, LARGEST_DISC * self._side)
@@ -199,7 +207,7 @@ class _Canvas:
             self._owner[top:bottom, left:end][mask] = self._drawn
 
     def draw_edge(self, ends: FloatArray) -> None:
-        """An edge that bounds no face, before everything."""
+        """Draw an edge that bounds no face, before everything."""
         (a, b, _), (c, d, _) = self._placed(ends)
         at = tuple(round(16 * x) for x in (a, b)), tuple(round(16 * x) for x in (c, d))
         mask = np.zeros((self._side, self._side), dtype=np.uint8)
@@ -222,7 +230,7 @@ class _Canvas:
         self._owner[rows, columns] = self._drawn
 
     def png(self, size_px: int) -> bytes:
-        """The picture with outlines where another thing begins, made smaller."""
+        """Return the picture with outlines where another thing begins, made smaller."""
         edge = np.zeros_like(self._owner, dtype=bool)
         across = self._owner[:, 1:] != self._owner[:, :-1]
         down = self._owner[1:] != self._owner[:-1]

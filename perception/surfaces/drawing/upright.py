@@ -14,8 +14,8 @@ LEAST_SINE = 0.34
 
 
 def upright(view: View, up: FloatArray | None) -> tuple[View, int]:
-    """The view turned by quarters of a circle until `up` (3,), in the world, is about up in it, and
-    by how many, clockwise: 0 where up is not known, or is along the line of sight.
+    """Return the view turned by quarters of a circle until `up` (3,), in the world, is about up in
+    it, and by how many, clockwise: 0 where up is not known, or is along the line of sight.
 
     Camera and pose are turned with the picture, so that all of the scene lies in it as before;
     `stored` is left out.
@@ -28,7 +28,9 @@ def upright(view: View, up: FloatArray | None) -> tuple[View, int]:
 
 
 def turned_pixel(uv: FloatArray, view: View, turns: int) -> FloatArray:
-    """Where a pixel (2,) of a view is when its picture is turned by so many quarters, clockwise."""
+    """Return where a pixel (2,) of a view is when its picture is turned by so many quarters,
+    clockwise.
+    """
     height, width = view.image.shape
     for _ in range(turns):
         uv, height, width = np.array([height - 1.0 - uv[1], uv[0]]), width, height
@@ -36,7 +38,9 @@ def turned_pixel(uv: FloatArray, view: View, turns: int) -> FloatArray:
 
 
 def _turns(up: FloatArray) -> int:
-    """By how many quarters, clockwise; `up` (3,) is in the camera's frame: right, down, forward."""
+    """Return by how many quarters to turn, clockwise; `up` (3,) is in the camera's frame: right,
+    down, forward.
+    """
     if float(np.hypot(up[0], up[1])) < LEAST_SINE * float(np.linalg.norm(up)):
         return 0
     # The angle, clockwise, from the picture's up to the direction in which up is.
@@ -45,7 +49,7 @@ def _turns(up: FloatArray) -> int:
 
 
 def _quarter(view: View) -> View:
-    """What is right in the picture comes to lie below, what is up comes to lie to the right."""
+    """Turn the picture clockwise by a quarter: what is right comes to lie below."""
     c, rotation = view.camera, view.pose.rotation
     height, width = view.image.shape
     camera = Camera(height, width, c.fy, c.fx, height - 1.0 - c.cy, c.cx)

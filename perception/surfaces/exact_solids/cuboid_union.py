@@ -23,7 +23,8 @@ Loop = list[tuple[float, float, float]]
 
 
 def cuboid_union(low: ArrayLike, high: ArrayLike, name: str) -> Scene:
-    """The union of cuboids from corners `low` to `high`, (n, 3) metres, as one thing seen all over.
+    """Return the union of cuboids from corners `low` to `high`, (n, 3) metres, as one thing seen
+    all over.
 
     What lies in one plane and touches is one face, with holes where others stand on it; up is z.
     Raises ValueError if a cuboid is thinner than a millimetre, or they are not one solid.
@@ -55,13 +56,15 @@ def cuboid_union(low: ArrayLike, high: ArrayLike, name: str) -> Scene:
 
 
 def _planes(values: FloatArray) -> FloatArray:
-    """Where planes are along an axis, each once."""
+    """Return where planes are along an axis, each once."""
     ordered = np.sort(values)
     return ordered[np.diff(ordered, prepend=-np.inf) >= LEAST_LENGTH_M]
 
 
 def _faces(solid: NDArray[np.bool_], planes: list[FloatArray]) -> Iterator[list[Loop]]:
-    """Each face's rings of points, its outline first: that runs counter-clockwise from outside."""
+    """Return each face's rings of points, its outline first: that runs counter-clockwise from
+    outside.
+    """
     for axis in range(3):
         across = [(axis + 1) % 3, (axis + 2) % 3]
         layers = np.pad(np.moveaxis(solid, (axis, *across), (0, 1, 2)), ((1, 1), (0, 0), (0, 0)))
@@ -87,7 +90,7 @@ def _rings(polygon: shapely.Polygon) -> Iterator[shapely.LinearRing]:
 
 
 def _corners(ring: shapely.LinearRing) -> list[tuple[float, float]]:
-    """The points at which a ring turns."""
+    """Return the points at which a ring turns."""
     points = shapely.get_coordinates(ring)[:-1]
     into, out = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turns = into[:, 0] * out[:, 1] != into[:, 1] * out[:, 0]

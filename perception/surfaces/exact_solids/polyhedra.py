@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.scene import Body, Edge, Face, Patch, Plane, Scene, SightLines, Vertex
+from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, SightLines, Vertex
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "boxes",
     "chair",
     "cuboid",
+    "extrude_profile",
     "l_block",
     "moved",
     "one_object",
@@ -49,7 +50,8 @@ _CUBOID_FACES = (
 
 
 def plane_through(points: ArrayLike, sd: float) -> Plane:
-    """Plane of a loop of flat points (k, 3), normal by the right hand; each has `sd` (1σ) a side.
+    """Return the plane of a loop of flat points (k, 3), normal by the right hand; each has `sd`
+    (1σ) a side.
 
     The covariance is that of the least-squares plane: tilt about the in-plane axis e has variance
     sd² / Σ (x·e')², with e' the other axis; the offset at the middle has sd² / k.
@@ -82,7 +84,8 @@ def polyhedron(
     metric: bool = True,
     holes: Mapping[int, Sequence[Sequence[int]]] = MappingProxyType({}),
 ) -> Scene:
-    """Scene of faces (loops of indices into `points` (n, 3), counter-clockwise from outside).
+    """Return the scene of faces (loops of indices into `points` (n, 3), counter-clockwise from
+    outside).
 
     All sides become edges, followed by the `loose` ones. `holes` are loops in a face, by its place.
     """
@@ -118,7 +121,7 @@ def _box_points(low: Sequence[float], high: Sequence[float]) -> list[tuple[float
 def boxes(
     corners: Sequence[tuple[Sequence[float], Sequence[float]]], sd: float, name: str
 ) -> Scene:
-    """Upright cuboids, each from its lowest to its highest corner, with six faces each."""
+    """Return upright cuboids, each from its lowest to its highest corner, with six faces each."""
     points: list[tuple[float, float, float]] = []
     loops: list[tuple[int, ...]] = []
     for low, high in corners:
@@ -130,14 +133,16 @@ def boxes(
 def cuboid(
     length: float = 0.254, width: float = 0.2032, height: float = 0.1524, *, sd: float = 0.001
 ) -> Scene:
-    """A block on the ground with a corner at the origin; by default the paper's 10 x 8 x 6 in."""
+    """Return a block on the ground with a corner at the origin; by default the paper's 10 x 8 x 6
+    in.
+    """
     return boxes([((0, 0, 0), (length, width, height))], sd, "cuboid")
 
 
 def wedge(
     length: float = 0.3, width: float = 0.2, height: float = 0.15, *, sd: float = 0.001
 ) -> Scene:
-    """A ramp: a right-angled triangle (length, height) drawn out along y."""
+    """Return a ramp: a right-angled triangle (length, height) drawn out along y."""
     points = [
         (x, y, z) for y in (0.0, width) for x, z in ((0.0, 0.0), (length, 0.0), (0.0, height))
     ]
@@ -146,7 +151,7 @@ def wedge(
 
 
 def pyramid(side: float = 0.3, height: float = 0.25, *, sd: float = 0.001) -> Scene:
-    """A square pyramid on the ground."""
+    """Return a square pyramid on the ground."""
     points = [(0, 0, 0), (side, 0, 0), (side, side, 0), (0, side, 0), (side / 2, side / 2, height)]
     loops = [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
     return polyhedron(points, loops, sd=sd, name="pyramid")
@@ -155,7 +160,7 @@ def pyramid(side: float = 0.3, height: float = 0.25, *, sd: float = 0.001) -> Sc
 def l_block(
     length: float = 0.4, width: float = 0.2, height: float = 0.4, *, sd: float = 0.001
 ) -> Scene:
-    """An L: a block with a quarter of its long side cut away."""
+    """Return an L: a block with a quarter of its long side cut away."""
     profile = [
         (0.0, 0.0),
         (length, 0.0),
@@ -164,17 +169,26 @@ def l_block(
         (length / 2, height),
         (0.0, height),
     ]
+    return extrude_profile(profile, width, sd=sd, name="l_block")
+
+
+def extrude_profile(
+    profile: Sequence[tuple[float, float]], width: float, *, sd: float, name: str
+) -> Scene:
+    """Return the prism from y = 0 to `width` over a profile (x, z), anticlockwise seen from -y."""
     points = [(x, y, z) for y in (0.0, width) for x, z in profile]
     n = len(profile)
     loops: list[tuple[int, ...]] = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
     loops += [(i, n + i, n + (i + 1) % n, (i + 1) % n) for i in range(n)]
-    return polyhedron(points, loops, sd=sd, name="l_block")
+    return polyhedron(points, loops, sd=sd, name=name)
 
 
 def room_corner(
     side: float = 3.0, height: float = 2.5, *, angle: float = np.pi / 2, sd: float = 0.005
 ) -> Scene:
-    """Floor and two walls at `angle` (radians), seen from inside: three faces meet concavely."""
+    """Return a floor and two walls at `angle` (radians), seen from inside: three faces meet
+    concavely.
+    """
     along, across = (side, 0.0), (side * np.cos(angle), side * np.sin(angle))
     points = [
         (0, 0, 0),
@@ -199,7 +213,9 @@ def table(
     inset: float = 0.05,
     sd: float = 0.001,
 ) -> Scene:
-    """A slab on four square legs, each `inset` from the rim; the legs' tops are not faces."""
+    """Return a slab on four square legs, each `inset` from the rim; the legs' tops are not
+    faces.
+    """
     legs = [
         ((x, y, 0.0), (x + leg, y + leg, height - thickness))
         for x in (inset, length - inset - leg)
@@ -218,7 +234,9 @@ def stick_table(
     thickness: float = 0.04,
     sd: float = 0.001,
 ) -> Scene:
-    """A slab seen from above, without its underside, on four legs known as loose edges only."""
+    """Return a slab seen from above, without its underside, on four legs known as loose edges
+    only.
+    """
     slab = _box_points((0, 0, height - thickness), (length, width, height))
     feet = [(x, y, 0.0) for x, y, _ in slab[:4]]
     return polyhedron(
@@ -241,7 +259,9 @@ def chair(
     inset: float = 0.01,
     sd: float = 0.001,
 ) -> Scene:
-    """A seat on four legs, each `inset` from the rim, with a back flush with the seat's rear."""
+    """Return a seat on four legs, each `inset` from the rim, with a back flush with the seat's
+    rear.
+    """
     under = seat - thickness
     corners: list[tuple[Sequence[float], Sequence[float]]] = [
         ((0.0, 0.0, under), (width, depth, seat)),
@@ -257,20 +277,20 @@ def chair(
 
 
 def one_object(scene: Scene) -> Scene:
-    """The scene as one object, of which the surface is known from all sides."""
+    """Return the scene as one object, of which the surface is known from all sides."""
     faces, edges = (tuple(range(len(parts))) for parts in (scene.faces, scene.edges))
     return replace(scene, bodies=(Body(faces, edges, whole=True),))
 
 
 def without_faces(scene: Scene, hidden: Iterable[int]) -> Scene:
-    """The scene without these of its faces, and without edges that only they had."""
+    """Return the scene without these of its faces, and without edges that only they had."""
     drop = set(hidden)
     faces = tuple(f for i, f in enumerate(scene.faces) if i not in drop)
     return _with_faces(scene, faces)
 
 
 def _with_faces(scene: Scene, faces: tuple[Face, ...]) -> Scene:
-    """The scene with these of its faces, and without edges that only lost faces had."""
+    """Return the scene with these of its faces, and without edges that only lost faces had."""
     before = {s for f in scene.faces for s in _sides(f)}
     after = {s for f in faces for s in _sides(f)}
     edges = tuple(
@@ -291,7 +311,7 @@ def _sides(face: Face) -> list[frozenset[int]]:
 
 
 def seen_from(scene: Scene, *eyes: ArrayLike) -> Scene:
-    """The scene without the faces that turn their backs on all eyes (3,)."""
+    """Return the scene without the faces that turn their backs on all eyes (3,)."""
     places = np.asarray(eyes, dtype=np.float64).reshape(-1, 3)
     return _with_faces(
         scene, tuple(f for f in scene.faces if (f.plane.distance(places) > 0.0).any())
@@ -299,33 +319,19 @@ def seen_from(scene: Scene, *eyes: ArrayLike) -> Scene:
 
 
 def together(*scenes: Scene, name: str = "scene") -> Scene:
-    """One scene of all vertices, edges and faces; up and scale are the first one's."""
+    """Return one scene of all vertices, edges and faces; up and scale are the first one's."""
     vertices: list[Vertex] = []
     edges: list[Edge] = []
     faces: list[Face] = []
     for scene in scenes:
         n = len(vertices)
         vertices += scene.vertices
-        edges += [Edge(n + e.start, n + e.end, e.support, e.evidence) for e in scene.edges]
-        faces += [
-            Face(
-                tuple(n + i for i in f.outline),
-                f.plane,
-                tuple(tuple(n + i for i in ring) for ring in f.holes),
-                f.support,
-                f.coverage,
-                f.evidence,
-            )
-            for f in scene.faces
-        ]
-    return Scene(
-        name,
-        vertices=tuple(vertices),
-        edges=tuple(edges),
-        faces=tuple(faces),
-        up=scenes[0].up,
-        metric=scenes[0].metric,
-    )
+        edges += [replace(e, start=n + e.start, end=n + e.end) for e in scene.edges]
+        for face in scene.faces:
+            outline, *holes = (tuple(n + i for i in r) for r in (face.outline, *face.holes))
+            faces.append(replace(face, outline=outline, holes=tuple(holes)))
+    first = scenes[0]
+    return Scene(name, (), tuple(vertices), tuple(edges), tuple(faces), first.up, first.metric)
 
 
 def moved(
@@ -334,7 +340,7 @@ def moved(
     translation: ArrayLike = (0.0, 0.0, 0.0),
     scale: float = 1.0,
 ) -> Scene:
-    """The scene after x → scale · rotation · x + translation, with its covariances."""
+    """Return the scene after x → scale · rotation · x + translation, with its covariances."""
     turn: FloatArray = np.eye(3) if rotation is None else np.asarray(rotation, dtype=np.float64)
     shift = np.asarray(translation, dtype=np.float64)
 
@@ -350,39 +356,35 @@ def moved(
             normal, float(scale * old.offset - normal @ shift), change @ old.cov @ change.T
         )
 
-    return Scene(
-        scene.name,
-        scene.views,
-        tuple(
-            Vertex(
-                scale * turn @ v.point + shift,
-                scale**2 * turn @ v.cov @ turn.T,
-                v.observations,
-                v.label,
-            )
+    def move(points: FloatArray) -> FloatArray:
+        return scale * points @ turn.T + shift
+
+    return replace(
+        scene,
+        vertices=tuple(
+            replace(v, point=scale * turn @ v.point + shift, cov=scale**2 * turn @ v.cov @ turn.T)
             for v in scene.vertices
         ),
-        scene.edges,
-        tuple(replace(face, plane=plane(face.plane)) for face in scene.faces),
-        None if scene.up is None else turn @ scene.up,
-        scene.metric,
-        scene.warnings,
-        tuple(
-            Patch(scale * p.points @ turn.T + shift, p.normals @ turn.T, scale**2 * p.areas, p.hull)
+        faces=tuple(replace(face, plane=plane(face.plane)) for face in scene.faces),
+        up=None if scene.up is None else turn @ scene.up,
+        patches=tuple(
+            replace(p, points=move(p.points), normals=p.normals @ turn.T, areas=scale**2 * p.areas)
             for p in scene.patches
         ),
-        scene.bodies,
         sights=tuple(
-            SightLines(scale * turn @ s.origin + shift, scale * s.ends @ turn.T + shift, s.view)
-            for s in scene.sights
+            SightLines(scale * turn @ s.origin + shift, move(s.ends), s.view) for s in scene.sights
         ),
         lattices=tuple(
             replace(
                 seen,
                 corner=scale * turn @ seen.corner + shift,
                 steps=scale * seen.steps @ turn.T,
-                origins=scale * seen.origins @ turn.T + shift,
+                origins=move(seen.origins),
             )
             for seen in scene.lattices
         ),
+        poses=(),
+        cameras=(),
+        lenses=(),
+        scale_sd=0.0,
     )

@@ -1,1 +1,1 @@
-"""What `facetlog-scene/1` consists of: its records, their faults, and the scene they tell of."""
+"""The format `facetlog-scene/1`: its records, their faults, and the scenes made of them."""

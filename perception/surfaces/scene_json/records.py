@@ -45,7 +45,7 @@ class _Base64(EncoderProtocol):
 
     @classmethod
     def decode(cls, data: bytes) -> bytes:
-        """The bytes; PydanticCustomError for what is no base64."""
+        """Return the bytes; PydanticCustomError unless the text is base64."""
         try:
             return base64.b64decode(data, validate=True)
         except ValueError as exc:
@@ -53,12 +53,12 @@ class _Base64(EncoderProtocol):
 
     @classmethod
     def encode(cls, value: bytes) -> bytes:
-        """The same as text."""
+        """Return the bytes as base64."""
         return base64.b64encode(value)
 
     @classmethod
     def get_json_format(cls) -> Literal["base64"]:
-        """What the JSON Schema calls it."""
+        """Return the name of the encoding in the JSON Schema."""
         return "base64"
 
 

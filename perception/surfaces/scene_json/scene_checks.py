@@ -1,19 +1,27 @@
-"""What is wrong with a scene whose numbers are sound: geometry that contradicts itself."""
+"""Faults of a scene: numbers that no facts can be made of, geometry that contradicts itself."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 
 import numpy as np
 
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
-from facetlog.perception.row_table import Bools, row_starts, stacked
-from facetlog.perception.scene import Face, Scene, Vertex
+from facetlog.perception.ragged import Bools, row_starts, stacked
+from facetlog.perception.scene import Face, Patch, Scene, Vertex
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault
 from facetlog.perception.types import FloatArray
 
-__all__ = ["scene_faults", "unsound_faces"]
+__all__ = ["LARGEST", "LEAST", "number_faults", "scene_faults", "unsound_faces"]
 
+# Unit vectors and symmetric matrices written with seven digits are off by less.
+ROUNDING = 1e-6
+# The variance of a volume, and what is made of it, is still a float: some length to the twelfth.
+LARGEST, LEAST = 1e20, 1e-20
+
+BEYOND = f"is beyond {LARGEST:g}: give another unit"
+PIXELS_BEYOND = f"is beyond {LARGEST:g}: such a picture is none"
 # A vertex is off its face's plane beyond both: chance gives 5 sd once in two million, and what is
 # off by a quarter of the face's extent is no flat face. Of meshes whose faces share vertices these
 # lie where they fit all of them best: up to 7 % off.
@@ -30,7 +38,7 @@ NAMED = 5
 
 
 def scene_faults(scene: Scene) -> Iterator[SceneFault]:
-    """All faults of a scene's geometry, whose numbers are sound; none if it is sound, too.
+    """Return all faults of a scene's geometry, whose numbers are sound; none if it is sound, too.
 
     - vertices that no edge, face or patch uses;
     - outlines without area, that cross themselves, or run the wrong way, and holes that lie
@@ -43,14 +51,16 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
 
 
 def unsound_faces(faces: Sequence[Face], vertices: Sequence[Vertex]) -> tuple[int, ...]:
-    """The indices of the faces that `scene_faults` would name in a scene of these vertices."""
+    """Return the indices of the faces that `scene_faults` would name in a scene of these
+    vertices.
+    """
     return tuple(dict.fromkeys(index for index, _ in _face_faults(faces, vertices)))
 
 
 def _face_faults(
     faces: Sequence[Face], vertices: Sequence[Vertex]
 ) -> Iterator[tuple[int, SceneFault]]:
-    """The faults of faces, each with the face's index."""
+    """Return the faults of faces, each with the face's index."""
     if not faces:
         return
     points = stacked([vertex.point for vertex in vertices], 3)
@@ -79,8 +89,8 @@ def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
 
 
 def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
-    """Which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the right way,
-    and all corners near their plane.
+    """Return which faces (f,) with vertices (n, 3) have no hole, a convex outline that runs the
+    right way, and all corners near their plane.
     """
     lengths = np.array([len(face.outline) for face in faces], dtype=np.intp)
     starts = row_starts(lengths)
@@ -106,7 +116,7 @@ def _surely_sound(faces: Sequence[Face], points: FloatArray) -> Bools:
 
 
 def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[SceneFault]:
-    """What is wrong with the loops of a face."""
+    """Return what is wrong with the loops of a face."""
     corners = points[list(face.outline)]
     axes = plane_axes(face.plane.normal, corners[1] - corners[0])
     outline, *holes = (
@@ -149,8 +159,8 @@ def _extent(loop: FloatArray) -> float:
 
 
 def _is_crossed(loop: FloatArray, slack: float) -> bool:
-    """Whether a loop crosses itself: what it encloses is another area than the signed one, by more
-    than `slack`.
+    """Return whether a loop crosses itself: what it encloses is another area than the signed one,
+    by more than `slack`.
 
     Where it only touches itself, as two pieces do that share a corner, it is the same.
     """
@@ -160,7 +170,7 @@ def _is_crossed(loop: FloatArray, slack: float) -> bool:
 def _plane_faults(
     place: str, face: Face, vertices: Sequence[Vertex], points: FloatArray
 ) -> Iterator[SceneFault]:
-    """The vertices that are off the plane of a face."""
+    """Return the vertices that are off the plane of a face."""
     outline = points[list(face.outline)]
     extent = float(np.linalg.norm(outline.max(axis=0) - outline.min(axis=0)))
     loops = {f"{place}.outline": face.outline}
@@ -179,3 +189,147 @@ def _plane_faults(
                     f"vertex {loop[j]} is {away[j]:.3g} off the face's plane, where the face is "
                     f"{extent:.3g} wide",
                 )
+
+
+def number_faults(scene: Scene) -> Iterator[SceneFault]:
+    """Return all faults of a scene's numbers, each at its JSON path; none if facts can be made of
+    them.
+
+    - up, or a normal of a patch, is no unit vector;
+    - a covariance is not symmetric, has a negative variance in some direction, or one too large;
+    - places, offsets and pixels beyond LARGEST, or a scene smaller than LEAST.
+    """
+    if scene.up is not None and abs((length := math.hypot(*scene.up)) - 1.0) > ROUNDING:
+        yield SceneFault("$.up", f"is {length:.6g} long: give a unit vector, or null")
+    points = scene.points
+    large = _large(points)
+    yield from (SceneFault(f"$.vertices[{i}].point", BEYOND) for i in large)
+    if len(points) and not large and 0.0 < _widest_extent(points) < LEAST:
+        yield SceneFault("$.vertices", f"lie within {LEAST:g} of each other: give another unit")
+    covs = stacked([v.cov for v in scene.vertices], 3, 3)
+    yield from _covariance_faults(covs, "$.vertices[{}].cov".format)
+    yield from _observation_faults(scene)
+    for i, face in enumerate(scene.faces):
+        if abs(face.plane.offset) > LARGEST:
+            yield SceneFault(f"$.faces[{i}].plane.offset", BEYOND)
+    planes = stacked([f.plane.cov for f in scene.faces], 4, 4)
+    yield from _covariance_faults(planes, "$.faces[{}].plane.cov".format)
+    for i, patch in enumerate(scene.patches):
+        yield from _patch_faults(f"$.patches[{i}]", patch)
+    yield from _sight_faults(scene)
+
+
+def _widest_extent(points: FloatArray) -> float:
+    return float((points.max(axis=0) - points.min(axis=0)).max())
+
+
+def _large(rows: FloatArray) -> list[int]:
+    """Return which rows (n, k) hold what is beyond LARGEST."""
+    if not len(rows) or np.abs(rows).max() <= LARGEST:
+        return []
+    return np.flatnonzero((np.abs(rows) > LARGEST).any(axis=1)).tolist()
+
+
+def _observation_faults(scene: Scene) -> Iterator[SceneFault]:
+    seen = list(chain.from_iterable(v.observations for v in scene.vertices))
+    if not seen:
+        return
+
+    def place(which: int) -> str:
+        for i, vertex in enumerate(scene.vertices):
+            if which < len(vertex.observations):
+                return f"$.vertices[{i}].observations[{which}]"
+            which -= len(vertex.observations)
+        raise IndexError
+
+    for k in _large(stacked([o.uv for o in seen], 2)):
+        yield SceneFault(f"{place(k)}.uv", PIXELS_BEYOND)
+    covs = stacked([o.cov for o in seen], 2, 2)
+    yield from _covariance_faults(covs, lambda k: f"{place(k)}.cov")
+
+
+def _patch_faults(place: str, patch: Patch) -> Iterator[SceneFault]:
+    for j in _large(patch.points):
+        yield SceneFault(f"{place}.points[{j}]", BEYOND)
+    if len(patch.areas) and patch.areas.max() > LARGEST**2:
+        j = int(patch.areas.argmax())
+        yield SceneFault(f"{place}.areas[{j}]", f"is beyond {LARGEST**2:g}: give another unit")
+    # Longer ones are cut off: of what is too large there is no length.
+    lengths = np.linalg.norm(np.clip(patch.normals, -2.0, 2.0), axis=1)
+    wrong = np.flatnonzero((np.abs(lengths - 1.0) > ROUNDING) & (lengths != 0.0))
+    for j in wrong[:1].tolist():
+        yield SceneFault(
+            f"{place}.normals[{j}]",
+            f"is {math.hypot(*patch.normals[j]):.6g} long: give unit vectors, or zeros where not "
+            "known" + (f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""),
+        )
+
+
+def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
+    """Return faults of lines of sight, and of cameras and where they stood."""
+    for i, lines in enumerate(scene.sights):
+        if np.abs(lines.origin).max() > LARGEST:
+            yield SceneFault(f"$.sights[{i}].origin", BEYOND)
+        for j in _large(lines.ends)[:1]:
+            yield SceneFault(f"$.sights[{i}].ends", f"has a coordinate of point {j} that {BEYOND}")
+    for i, seen in enumerate(scene.lattices):
+        with np.errstate(over="ignore"):
+            reach = seen.steps * np.array(seen.shown.shape[1:])[:, None]
+        parts = {"corner": seen.corner[None], "steps": reach, "origins": seen.origins}
+        for name, rows in parts.items():
+            if _large(rows):
+                yield SceneFault(f"$.lattices[{i}].{name}", BEYOND)
+    for i in _large(stacked([pose.centre for pose in scene.poses], 3)):
+        yield SceneFault(f"$.cameras[{i}].centre", BEYOND)
+    for i, camera in enumerate(scene.cameras):
+        optics: dict[str, Sequence[float]] = {
+            "size": (camera.width, camera.height),
+            "focal": (camera.fx, camera.fy),
+            "middle": (camera.cx, camera.cy),
+        }
+        for name, numbers in optics.items():
+            if max(map(abs, numbers)) > LARGEST:
+                yield SceneFault(f"$.cameras[{i}].{name}", PIXELS_BEYOND)
+        if min(camera.fx, camera.fy) < LEAST:
+            yield SceneFault(f"$.cameras[{i}].focal", f"is below {LEAST:g}: such a lens is none")
+
+
+def _covariance_faults(covs: FloatArray, place: Callable[[int], str]) -> Iterator[SceneFault]:
+    """Return which of some matrices (n, k, k) at their places are no covariances, and why."""
+    count = len(covs)
+    if not count or _surely_covariances(covs):
+        return
+    scale = np.abs(covs).reshape(count, -1).max(axis=1)
+    large = scale > LARGEST**2
+    # What is too large is not looked into: its sums may be no numbers.
+    bounded = np.where(large[:, None, None], 0.0, covs) if large.any() else covs
+    slack = ROUNDING * scale
+    off = np.abs(bounded - bounded.swapaxes(1, 2)).reshape(count, -1).max(axis=1)
+    skew = off > slack
+    least = np.linalg.eigvalsh(bounded)[:, 0]
+    for i in np.flatnonzero(large | skew | (least < -slack)).tolist():
+        if large[i]:
+            said = f"has a variance beyond {LARGEST**2:g}: give another unit"
+        elif skew[i]:
+            said = "is not symmetric: it is no covariance"
+        else:
+            said = f"has the negative variance {least[i]:.3g} one way: it is no covariance"
+        yield SceneFault(place(i), said)
+
+
+def _surely_covariances(covs: FloatArray) -> bool:
+    """Return whether all matrices are: two thirds of the time are saved where they are to the last
+    bit.
+    """
+    variances = np.diagonal(covs, axis1=1, axis2=2)
+    scale = variances.max(axis=1)
+    # No entry of a covariance is larger than the largest variance.
+    if not (scale.max() <= LARGEST**2 and (covs == covs.swapaxes(1, 2)).all()):
+        return False
+    lifted = covs.copy()
+    np.einsum("ijj->ij", lifted)[:] = variances + ROUNDING * scale[:, None]
+    try:
+        np.linalg.cholesky(lifted)
+    except np.linalg.LinAlgError:
+        return False
+    return True

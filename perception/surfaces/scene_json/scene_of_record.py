@@ -1,9 +1,12 @@
-"""The scene that records tell of, a number with every bit it was written with."""
+"""Scenes of records: each number with every bit it was written with."""
 
+import zlib
 from collections.abc import Collection, Iterator, Sequence
 from itertools import chain
+from math import prod
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.scene import (
@@ -18,7 +21,6 @@ from facetlog.perception.scene import (
     SightLines,
     Vertex,
 )
-from facetlog.perception.surfaces.scene_json.lattice_bits import MOST_LATTICE_BITS, unpacked
 from facetlog.perception.surfaces.scene_json.records import (
     FaceRecord,
     ObservationRecord,
@@ -32,14 +34,17 @@ from facetlog.perception.surfaces.scene_json.records import (
 from facetlog.perception.surfaces.scene_json.scene_fault import SceneFault, SceneFileError
 from facetlog.perception.types import Camera, FloatArray, Observation, Pose
 
-__all__ = ["END", "scene_of_record"]
+__all__ = ["END", "MOST_LATTICE_BITS", "packed", "scene_of_record", "unpacked"]
+
+MOST_LATTICE_BITS = 1 << 24
+"""Bits of all lattices of a scene that is read: five times what 32 views make."""
 
 END = np.dtype("<f4")
 """A coordinate of an end of a line of sight."""
 
 
 def scene_of_record(record: SceneRecord, source: str) -> Scene:
-    """The scene; `source` is what messages call it.
+    """Return the scene; `source` is what messages call it.
 
     Raises SceneFileError naming the place, or ValueError, most often for an index of nothing.
     """
@@ -64,7 +69,8 @@ def scene_of_record(record: SceneRecord, source: str) -> Scene:
 
 
 def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
-    """The rows as one array (n, width) that is not writeable: what is cut from it is not copied.
+    """Return the rows as one array (n, width) that is not writeable: what is cut from it is not
+    copied.
 
     Number by number: numpy takes twice as long to find out how tuples are nested.
     """
@@ -74,7 +80,7 @@ def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
 
 
 def _squares(matrices: Collection[Sequence[Sequence[float]]], width: int) -> FloatArray:
-    """The same of matrices (n, width, width)."""
+    """Return matrices as one array (n, width, width) that is not writeable."""
     rows = tuple(chain.from_iterable(matrices))
     return _vectors(rows, width).reshape(len(matrices), width, width)
 
@@ -165,3 +171,25 @@ def _posed(record: PosedCameraRecord, index: int, source: str) -> tuple[Camera, 
         return camera, Pose(np.array(record.rotation), np.array(record.centre))
     except CalibrationError as exc:
         raise SceneFileError(source, (SceneFault(f"$.cameras[{index}]", str(exc)),)) from exc
+
+
+def packed(bits: NDArray[np.bool_]) -> bytes:
+    """Return the bits in their order, eight a byte, the first one highest, compressed by zlib."""
+    return zlib.compress(np.packbits(bits).tobytes())
+
+
+def unpacked(content: bytes, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return the bits that were packed, in that shape.
+
+    ValueError if there are others than so many, or none. No more is unpacked than these take.
+    """
+    count = prod(shape)
+    size = -(-count // 8)
+    stream = zlib.decompressobj()
+    try:
+        raw = stream.decompress(content, size + 1)
+    except zlib.error as exc:
+        raise ValueError("is not compressed by zlib") from exc
+    if len(raw) != size or not stream.eof or stream.unused_data:
+        raise ValueError(f"does not hold {count} bits")
+    return np.unpackbits(np.frombuffer(raw, np.uint8), count=count).view(np.bool_).reshape(shape)

@@ -1,1 +1,1 @@
-"""What views see: of faces and of the ground how much, and how far along which lines of sight."""
+"""Visibility: how much views see of faces and ground, and along which lines of sight."""

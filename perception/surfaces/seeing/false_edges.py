@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from facetlog.perception.row_table import Bools
+from facetlog.perception.ragged import Bools
 from facetlog.perception.scene import Scene, SeenLattice
 from facetlog.perception.surfaces.scene_from_tracks import without_unused
 from facetlog.perception.types import FloatArray
@@ -39,7 +39,7 @@ RISING = 0.5
 
 
 def without_false_edges(scene: Scene) -> Scene:
-    """The scene without loose edges that the ground refutes, and those of solids."""
+    """Return the scene without loose edges that the ground refutes, and those of solids."""
     sides = {
         frozenset((a, b))
         for face in scene.faces
@@ -63,7 +63,8 @@ def without_false_edges(scene: Scene) -> Scene:
 
 
 def _beneath(segments: FloatArray, covs: FloatArray, lattice: SeenLattice) -> Bools:
-    """Which segments (n, 2, 3), ends known to `covs` (n, 2, 3, 3), lie beneath ground all round.
+    """Return which segments (n, 2, 3), ends known to `covs` (n, 2, 3, 3), lie beneath ground all
+    round.
 
     That is, below the hull of what shows of it, from where it shows. It is as exact as its pitch.
     """
@@ -93,7 +94,7 @@ class GroundBeside:
 
     @classmethod
     def of(cls, segments: FloatArray, lattices: Sequence[SeenLattice]) -> "GroundBeside":
-        """That of segments (n, 2, 3)."""
+        """Count how the views show the ground beside segments (n, 2, 3)."""
         span = segments[:, 1] - segments[:, 0]
         samples = segments[:, None, 0] + SAMPLES * span[:, None]
         along, left, right, both = np.zeros((4, len(segments)))
@@ -140,7 +141,9 @@ class GroundBeside:
 
 
 def _shown(shown: Bools, at: FloatArray, over: Bools) -> FloatArray:
-    """How many (n,) of the points nearest to places (n, k, 2), of those `over` it, are shown."""
+    """Return how many (n,) of the points nearest to places (n, k, 2), of those `over` it, are
+    shown.
+    """
     row, column = np.rint(at).astype(np.intp).transpose(2, 0, 1)
     rows, columns = shown.shape
     inside = over & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)

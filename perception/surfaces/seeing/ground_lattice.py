@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import MIN_FACING_SINE
 from facetlog.perception.flat_faces import part_above, plane_axes
-from facetlog.perception.surfaces.seeing.eyes import BEFORE_PX, NEAREST
+from facetlog.perception.surfaces.seeing.seen_faces import BEFORE_PX, NEAREST
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["PITCH_PX", "GroundLattice"]
@@ -41,7 +41,8 @@ class GroundLattice:
     def under(
         cls, views: Sequence[View], normal: FloatArray, height: float
     ) -> "GroundLattice | None":
-        """Half a picture's width round where the optical axes meet the ground; None if none does.
+        """Return the lattice half a picture's width round where the optical axes meet the ground;
+        None if none does.
 
         The ground is normal · x = height.
         """
@@ -72,14 +73,15 @@ class GroundLattice:
         return cls(low @ axes + height * normal, pitch * axes, normal, (rows, columns))
 
     def pixels(self, view: View) -> FloatArray:
-        """The homography (3, 3) from (column, row, 1) to homogeneous pixels, depth last."""
+        """Return the homography (3, 3) from (column, row, 1) to homogeneous pixels, depth last."""
         across, down = self.steps[1], self.steps[0]
         points = np.column_stack([np.stack([across, down, self.corner]), [0.0, 0.0, 1.0]]).T
         homography: FloatArray = view.projection @ points
         return homography
 
     def shadow(self, faces: Sequence[Sequence[FloatArray]], view: View) -> NDArray[np.bool_]:
-        """The points (rows, columns) that faces, each some rings (k, 3), hide from a view above.
+        """Return the points (rows, columns) that faces, each some rings (k, 3), hide from a view
+        above.
 
         Of a face on the ground nothing does.
         """
@@ -91,7 +93,7 @@ class GroundLattice:
         return mask.view(np.bool_)
 
     def _cast(self, ring: FloatArray, view: View) -> Iterator[NDArray[np.int32]]:
-        """The ring as its shadow has it, in columns and rows, if it has any."""
+        """Return the ring as its shadow has it, in columns and rows, if it has any."""
         centre = view.pose.centre
         top = float((centre - self.corner) @ self.normal)
         # What stands on the ground hides it; what lies there is known to be there to some pixels.

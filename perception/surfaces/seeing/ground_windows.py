@@ -1,4 +1,4 @@
-"""What views show at the points of a lattice on the ground: print round them, or a level."""
+"""Print and grey levels that views show at the points of a lattice on the ground."""
 
 from collections.abc import Callable, Sequence
 
@@ -45,7 +45,7 @@ _Reals = NDArray[np.float32]
 
 
 class Windows:
-    """What V views show at every point kept of a lattice, of which there are (rows, columns).
+    """Windows that V views show at the points kept of a lattice, (rows, columns) of them.
 
     `pictured` (V, rows, columns) are the points in the pictures.
     """
@@ -74,7 +74,9 @@ class Windows:
         self._has_print = whole & (self._variance > least)
 
     def printed(self, weight: _Reals) -> _Bits:
-        """Where (V, rows, columns) a view shows the same print as others, and their level."""
+        """Return where (V, rows, columns) a view shows the same print as others, and their
+        level.
+        """
         # cov > r sd sd, where no print reaches it without print.
         least = np.where(self._has_print, CORRELATES_SDS / WINDOW * self._variance, np.inf)
         least = np.sqrt(least, dtype=np.float32)
@@ -88,8 +90,8 @@ class Windows:
         return np.asarray(seen & self._near(_median(self._level, seen)))
 
     def unlike(self, weight: _Reals, hidden: _Bits) -> _Bits:
-        """Where (V, rows, columns) a view shows, as others do, a level that is rare where faces
-        hide the ground, `hidden`, and common elsewhere.
+        """Return where (V, rows, columns) a view shows, as others do, a level that is rare where
+        faces hide the ground, `hidden`, and common elsewhere.
         """
         may_see = self.pictured & ~hidden
         if not may_see.any() or not hidden.any():
@@ -113,7 +115,9 @@ class Windows:
 def _borne_out(
     agree: Callable[[int, int], _Bits], may: _Bits, weight: _Reals, share: float
 ) -> _Bits:
-    """Where (V, rows, columns) so many views agree with one, and that share of those that `may`."""
+    """Return where (V, rows, columns) so many views agree with one, and that share of those that
+    `may`.
+    """
     witnesses = np.zeros(may.shape, dtype=np.float32)
     for a in range(len(weight)):
         for b in range(a):
@@ -125,7 +129,9 @@ def _borne_out(
 
 
 def _common_levels(ground: _Reals, faces: _Reals) -> _Bits:
-    """Levels (256,) that tell the ground best from the faces that hide it, by both densities."""
+    """Return levels (256,) that tell the ground best from the faces that hide it, by both
+    densities.
+    """
     least = np.finfo(np.float32).tiny
     best = np.asarray(np.argsort(-ground / (faces + least), kind="stable"))
     common = np.zeros(len(ground), dtype=np.bool_)
@@ -134,7 +140,9 @@ def _common_levels(ground: _Reals, faces: _Reals) -> _Bits:
 
 
 def _median(level: _Reals, seen: _Bits) -> _Reals:
-    """Medians (...) of the levels (V, ...) of the views that see a point, NaN where none does."""
+    """Return medians (...) of the levels (V, ...) of the views that see a point, NaN where none
+    does.
+    """
     median = np.full(level.shape[1:], np.nan, dtype=np.float32)
     some = seen.any(axis=0)
     ranked = np.sort(np.where(seen, level, np.float32(np.inf))[:, some], axis=0)

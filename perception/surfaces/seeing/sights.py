@@ -1,4 +1,4 @@
-"""What each view saw: of every face how much, hidden by which, and how far it looked.
+"""Sights of each view: how much of every face it saw, hidden by which, and how far it looked.
 
 A line of sight ends where a picture agrees with the others on a face that nothing hides
 (seen_faces.py), on the ground (seen_ground.py), and on the edges that a view shows, of whatever
@@ -16,10 +16,8 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene, SightLines
-from facetlog.perception.surfaces.seeing.eyes import Eye, where_none_ends
-from facetlog.perception.surfaces.seeing.face_looks import Look
 from facetlog.perception.surfaces.seeing.false_edges import without_false_edges
-from facetlog.perception.surfaces.seeing.seen_faces import surfaces_of
+from facetlog.perception.surfaces.seeing.seen_faces import Eye, Look, surfaces_of, where_none_ends
 from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
 from facetlog.perception.types import FloatArray, View
 
@@ -33,8 +31,8 @@ def with_sights(
     ground: tuple[FloatArray, float] | None,
     landmarks: Landmarks | None = None,
 ) -> Scene:
-    """The scene with what each of its views saw of the faces, and with its lines of sight; without
-    loose edges that are none, or are no bar's (false_edges.py).
+    """Return the scene with what each of its views saw of the faces, and with its lines of sight;
+    without loose edges that are none, or are no bar's (false_edges.py).
 
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
     beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.

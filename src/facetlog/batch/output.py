@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from facetlog.batch.rows import COLUMNS, Row
 from facetlog.errors import InputError, missing_extra
-from facetlog.perception.whole_file import writing_whole
+from facetlog.perception.atomic_write import writing_whole
 from facetlog.plain_text import plain_text
 from facetlog.regular_file import open_regular
 

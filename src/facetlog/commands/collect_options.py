@@ -79,7 +79,7 @@ def target_tour(target: str | None) -> "Tour":
 
 def checked_goal(until: str | None, most: int) -> "Goal | None":
     """The goal of an exploration; InputError for another form, and for too few views."""
-    from facetlog.perception.fewest_views import FEWEST_VIEWS
+    from facetlog.perception.min_views import FEWEST_VIEWS
     from facetlog.stream import Goal
 
     if most < FEWEST_VIEWS:

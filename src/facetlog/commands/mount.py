@@ -86,7 +86,7 @@ def mount_command(
 
     The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
     """
-    from facetlog.perception.whole_file import write_whole
+    from facetlog.perception.atomic_write import write_whole
     from facetlog.robot.mount.fit import fit_mount
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, mount_text, read_mount
 

@@ -30,8 +30,8 @@ def write_page(
     from facetlog.kb.explaining.proof import State
     from facetlog.page.contents import Subject
     from facetlog.page.write import page
+    from facetlog.perception.atomic_write import write_whole
     from facetlog.perception.facts.pieces.piece_facts import shown_pieces
-    from facetlog.perception.whole_file import write_whole
 
     scene = file.scene()
     best = tuple(verdict for verdict in verdicts if verdict.state is State.HOLDS)

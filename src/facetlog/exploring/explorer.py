@@ -14,7 +14,7 @@ from facetlog.errors import EngineError
 from facetlog.exploring.choice import Choice, beginning, choose, undecided
 from facetlog.exploring.needs import LEAST_TURNED, Interest, Needs
 from facetlog.judging.view_verdicts import ViewVerdict
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
 from facetlog.robot.collecting.next_stop import CHOSEN, EXPLORED, Around, Chosen, Finished
 from facetlog.robot.collecting.record import Taken

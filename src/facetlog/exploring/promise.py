@@ -21,7 +21,7 @@ from facetlog.exploring.sides import GRAZING, Sides, units
 from facetlog.kb.explaining.unseen import NEAR_DEG
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 
 __all__ = ["Promise", "Promises"]

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from facetlog.kb.explaining.unseen import GRAZING_DEG
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
 
 __all__ = ["GRAZING", "Sides", "units"]

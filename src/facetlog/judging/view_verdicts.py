@@ -20,7 +20,7 @@ from facetlog.errors import EngineError, FacetlogError
 from facetlog.judging.judge_questions import EndRecording, Explore, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
-from facetlog.perception.first_names import named
+from facetlog.perception.name_lists import named
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
 

@@ -194,7 +194,7 @@ class Result(Closing):
         cannot be written.
         """
         from facetlog.page.page_path import check_page
-        from facetlog.perception.whole_file import write_whole
+        from facetlog.perception.atomic_write import write_whole
 
         place = Path(path)
         check_page(place, "path", overwrite=True)

@@ -8,7 +8,7 @@ from facetlog.mapping.map_record import map_json
 from facetlog.mapping.room_mesh import map_glb
 from facetlog.mapping.room_picture import map_png
 from facetlog.mapping.ros_map import PGM_FILE, YAML_FILE, pgm_bytes, yaml_text
-from facetlog.perception.whole_file import write_whole
+from facetlog.perception.atomic_write import write_whole
 
 if TYPE_CHECKING:
     from facetlog.mapping.room_map import RoomMap

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray, Pose
 
 __all__ = ["view_groups"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import Driven, driven
 from facetlog.mapping.view_groups import view_groups
-from facetlog.perception.fewest_views import FEWEST_VIEWS
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.robot.collecting.record import (
     TRANSFORMS_FILE,
     WAY_FILE,

@@ -88,25 +88,7 @@ def test_a_round_outline_beside_a_quad_has_its_own_rectangle() -> None:
     np.testing.assert_allclose(widths, [2.0, 1.0], rtol=2e-3)
 
 
-@pytest.mark.parametrize("slack", [0.0, 1e-9])
-@pytest.mark.parametrize("count", [1, 2, 5, 200])
-def test_hulls_of_points_on_a_line_are_its_ends(count: int, slack: float) -> None:
-    line = np.column_stack([np.arange(count), 2.0 * np.arange(count)])
-    hulls = Hulls(line[None], np.ones((1, count), np.bool_), slack=slacks(1, slack))
-    assert set(hulls.places[0].tolist()) == {0, count - 1}
-
-
-def test_hulls_agree_however_many_points_there_are() -> None:
-    rng = np.random.default_rng(3)
-    points = rng.standard_normal((39, 2))
-    inner = 0.01 * rng.standard_normal((60, 2)) + points.mean(axis=0)
-    flat = np.stack([np.vstack([points, inner])] * 2)
-    hulls = Hulls(flat, np.arange(99) < np.array([[39], [99]]))
-    few, many = (set(places.tolist()) for places in hulls.places)
-    assert few == many
-
-
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_corners_that_are_one_but_for_rounding_turn_no_rectangle(seed: int) -> None:
     # The corners of a table's top and the feet below them, seen from above.
     rng = np.random.default_rng(seed)

@@ -56,19 +56,6 @@ def test_shared_areas_are_those_of_shapely(seed: int) -> None:
     assert found == pytest.approx(wanted, rel=1e-9, abs=1e-12)
 
 
-def test_equal_outlines_share_all_however_they_are_turned() -> None:
-    square = np.array([[0.1, 0.1], [1.1, 0.1], [1.1, 1.1], [0.1, 1.1]])
-    turned = [np.roll(square, k, axis=0)[::step] for k in range(4) for step in (1, -1)]
-    shared = outlines([square] * 8).shared_areas(outlines(turned))
-    assert shared == pytest.approx(np.ones(8), rel=1e-15)
-
-
-def test_outlines_that_touch_along_a_side_share_nothing() -> None:
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    beside = [square + np.array(shift) for shift in ([1.0, 0.0], [0.0, -1.0], [1.0, 1.0])]
-    assert outlines([square] * 3).shared_areas(outlines(beside)).tolist() == [0.0, 0.0, 0.0]
-
-
 def test_what_is_not_convex_shares_what_shapely_says() -> None:
     ell = np.array([[0.0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])
     square = np.array([[0.5, 0.5], [2.0, 0.5], [2.0, 2.0], [0.5, 2.0]])

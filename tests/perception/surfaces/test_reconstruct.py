@@ -1,6 +1,5 @@
 """Views into a scene: accuracy, and what must not matter."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -88,31 +87,18 @@ def test_what_a_bent_lens_shows_is_seen_straight() -> None:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
-@pytest.mark.slow
-def test_the_blocks_vertices_are_within_a_tenth_of_an_inch(front_end: str) -> None:
+def test_the_block_is_found_and_its_stated_deviations_are_of_the_errors_size(
+    front_end: str,
+) -> None:
     scene = block_scene(front_end)
     assert len(scene.vertices) == 8
     assert rms(scene) < 0.1
     assert errors(scene).max() < 0.2
-
-
-@pytest.mark.parametrize("front_end", FRONT_ENDS)
-def test_the_blocks_visible_faces_are_found_and_no_other(front_end: str) -> None:
+    assert scene.warnings == ()
     true = {frozenset(f) for f in solid_truth(make_world("block")).faces}
-    assert len(loops(block_scene(front_end))) == len(block_scene(front_end).faces) == 5
-    assert loops(block_scene(front_end)) < true
-
-
-@pytest.mark.parametrize("front_end", FRONT_ENDS)
-def test_normals_point_out_of_the_block(front_end: str) -> None:
-    scene = block_scene(front_end)
-    for face in scene.faces:
-        assert face.plane.distance(TRUE.mean(axis=0)) < -2.0
-
-
-@pytest.mark.parametrize("front_end", FRONT_ENDS)
-def test_the_stated_deviations_are_of_the_errors_size(front_end: str) -> None:
-    scene = block_scene(front_end)
+    assert len(loops(scene)) == len(scene.faces) == 5
+    assert loops(scene) < true
+    assert all(face.plane.distance(TRUE.mean(axis=0)) < -2.0 for face in scene.faces)
     nearest = np.linalg.norm(scene.points[:, None] - TRUE[None], axis=-1).argmin(axis=1)
     off = scene.points - TRUE[nearest]
     squares = [e @ np.linalg.solve(v.cov, e) for e, v in zip(off, scene.vertices, strict=True)]
@@ -165,14 +151,6 @@ def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
     assert away.max() < 0.02
 
 
-@pytest.mark.slow
-def test_without_up_the_lines_are_the_same() -> None:
-    scene = reconstruct(tour("block"), name="block")
-    assert scene.up is not None
-    assert float(scene.up @ UP) > np.cos(np.deg2rad(1.0))
-    np.testing.assert_allclose(scene.points, block_scene("lines").points)
-
-
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
 def test_two_views_are_no_contradiction(front_end: str) -> None:
     scene = scene_of((tour("block")[0], tour("block")[3]), front_end)
@@ -180,15 +158,6 @@ def test_two_views_are_no_contradiction(front_end: str) -> None:
     assert len(scene.views) == 2
     if scene.vertices:
         assert errors(scene).max() < 1.0
-
-
-@pytest.mark.parametrize("front_end", FRONT_ENDS)
-@pytest.mark.parametrize(("level", "fault"), [(2, "black"), (90, "of one grey level")])
-def test_pictures_without_anything_are_reported(front_end: str, level: int, fault: str) -> None:
-    flat = np.full((480, 640), level, np.uint8)
-    views = tuple(View(v.name, flat, v.camera, v.pose) for v in tour("block")[:6])
-    with pytest.raises(InputError, match=f"all 6 pictures are {fault}"):
-        scene_of(views, front_end)
 
 
 @pytest.mark.slow
@@ -212,43 +181,19 @@ def test_one_picture_at_all_poses_is_named_as_what_contradicts_them() -> None:
     assert "\n" not in str(said.value)
 
 
-@pytest.mark.slow
-def test_a_picture_at_a_second_pose_is_named() -> None:
-    views = tour("block")
-    again = replace(views[5], image=views[4].image)
-    scene = scene_of((*views[:5], again, *views[6:]), "lines")
-    assert rms(scene) < 0.1
-    assert scene.warnings[0].startswith(f"{views[4].name}, {again.name}: one and the same picture")
+def test_pictures_without_anything_are_reported() -> None:
+    flat = np.full((480, 640), 90, np.uint8)
+    views = tuple(View(v.name, flat, v.camera, v.pose) for v in tour("block")[:6])
+    with pytest.raises(InputError, match="all 6 pictures are of one grey level"):
+        scene_of(views, "lines")
 
 
-def _a_thousand_times_off(pose: Pose) -> Pose:
-    return Pose(pose.rotation, 1000.0 * pose.centre)
-
-
-def _turned_round(pose: Pose) -> Pose:
-    return Pose(pose.rotation @ np.diag([-1.0, 1.0, -1.0]), pose.centre)
-
-
-def _beside(pose: Pose) -> Pose:
-    return Pose(pose.rotation, pose.centre + 3.0)
-
-
-def _beyond_everything(pose: Pose) -> Pose:
-    return Pose(pose.rotation, 1e30 * pose.centre)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        pytest.param(_a_thousand_times_off, marks=pytest.mark.slow),
-        _beyond_everything,
-        _turned_round,
-        _beside,
-    ],
-)
-def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]) -> None:
+@pytest.mark.parametrize(("turn", "scale"), [(-1.0, 1.0), (1.0, 1e30)])
+def test_one_gross_pose_is_named_and_the_rest_used(turn: float, scale: float) -> None:
     views = list(tour("block"))
-    views[7] = replace(views[7], pose=wrong(views[7].pose))
+    pose = views[7].pose
+    wrong = Pose(pose.rotation @ np.diag([turn, 1.0, turn]), scale * pose.centre)
+    views[7] = replace(views[7], pose=wrong)
     scene = scene_of(tuple(views), "lines")
     assert rms(scene) < 0.1
     assert loops(scene) == loops(block_scene("lines"))
@@ -335,18 +280,6 @@ def sheared(degrees: float) -> World:
     )
 
 
-@pytest.mark.parametrize("degrees", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
-@pytest.mark.slow
-def test_a_block_out_of_square_is_not_made_square(degrees: float) -> None:
-    world = sheared(degrees)
-    views = views_of(world, tour_poses(), tour_camera(), seed=0)
-    scene = scene_of(views, "lines")
-    true = np.array(solid_truth(world).vertices)
-    away = np.linalg.norm(scene.points[:, None] - true[None], axis=-1)
-    assert len(scene.faces) == 5
-    assert away.min(axis=1).max() < 0.1
-
-
 @pytest.mark.slow
 def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> None:
     # Most views have a focal length a fifth too short; the others, which are right, do not agree
@@ -364,16 +297,23 @@ def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> Non
 
 
 @pytest.mark.slow
-def test_a_lens_far_off_is_found_in_steps() -> None:
-    views = tuple(replace(v, camera=v.camera.zoomed(0.7)) for v in tour("block", 0))
-    scene = scene_of(views, "lines")
-    true = np.array(solid_truth(make_world("block", 0)).vertices)
-    assert rms(scene, true) < 0.1
+def test_a_block_out_of_square_is_not_made_square() -> None:
+    world = sheared(8.0)
+    scene = scene_of(views_of(world, tour_poses(), tour_camera(), seed=0), "lines")
+    true = np.array(solid_truth(world).vertices)
+    away = np.linalg.norm(scene.points[:, None] - true[None], axis=-1)
+    assert len(scene.faces) == 5
+    assert away.min(axis=1).max() < 0.1
 
 
 @pytest.mark.parametrize("find_up", [True, False])
 @pytest.mark.slow
 def test_up_is_that_of_the_ground_unless_it_is_to_stay_unknown(find_up: bool) -> None:
-    scene = reconstruct(tour("block")[::3], name="block", find_up=find_up)
-    assert (scene.up is not None) == find_up
+    scene = reconstruct(tour("block"), name="block", find_up=find_up)
     assert (UP_OF_GROUND in scene.warnings) == find_up
+    if find_up:
+        assert scene.up is not None
+        assert float(scene.up @ UP) > np.cos(np.deg2rad(1.0))
+        np.testing.assert_allclose(scene.points, block_scene("lines").points)
+    else:
+        assert scene.up is None

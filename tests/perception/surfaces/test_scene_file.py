@@ -2,10 +2,7 @@
 
 import base64
 import json
-import os
-import subprocess
 import zlib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +24,7 @@ from facetlog.perception.scene import (
     SightLines,
     Vertex,
 )
-from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner
 from facetlog.perception.surfaces.scene_file import (
     SceneFileError,
     read_scene,
@@ -35,9 +32,9 @@ from facetlog.perception.surfaces.scene_file import (
     scene_to_json,
     write_scene,
 )
-from facetlog.perception.surfaces.scene_json.lattice_bits import packed
-from facetlog.perception.surfaces.scene_json.record_faults import MOST_COPIES
-from facetlog.perception.surfaces.scene_json.scene_numbers import LARGEST
+from facetlog.perception.surfaces.scene_json.scene_checks import LARGEST
+from facetlog.perception.surfaces.scene_json.scene_fault import MOST_COPIES
+from facetlog.perception.surfaces.scene_json.scene_of_record import packed
 from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(-LARGEST, LARGEST)
@@ -83,7 +80,7 @@ def lattices(draw: st.DrawFn, views: int) -> SeenLattice:
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """What is sound, with all that geometry leaves open."""
+    """Draw sound scenes, with all that geometry leaves open."""
     made = draw(st.sampled_from([cuboid, room_corner, plate]))()
     views = draw(st.lists(st.text(max_size=5), max_size=3))
     view = st.integers(0, max(len(views) - 1, 0))
@@ -147,14 +144,6 @@ def test_a_scene_comes_back_bit_for_bit(scene: Scene) -> None:
     assert [v.cov.tobytes() for v in back.vertices] == [v.cov.tobytes() for v in scene.vertices]
 
 
-@pytest.mark.parametrize("build", [cuboid, room_corner, stick_table])
-def test_a_file_holds_the_scene(build: Callable[[], Scene], tmp_path: Path) -> None:
-    path = tmp_path / "scene.json"
-    write_scene(build(), path)
-    assert scene_to_json(read_scene(path)) == scene_to_json(build())
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.json"]
-
-
 SEEN = {"view": 0, "uv": [0, 0], "cov": [[1, 0], [0, 1]]}
 
 
@@ -189,16 +178,6 @@ def _broken(*path: str | int, value: Any) -> str:
     return json.dumps(content)
 
 
-def test_a_panel_of_two_sides_is_read() -> None:
-    """As models that people draw have it: the same corners, the other way round."""
-    faces = json.loads(scene_to_json(cuboid()))["faces"]
-    front = faces[0]
-    plane = front["plane"]
-    turned = {**plane, "normal": [-x for x in plane["normal"]], "offset": -plane["offset"]}
-    back = {**front, "outline": front["outline"][::-1], "plane": turned}
-    assert len(scene_from_json(_change(faces=[*faces, back])).faces) == 7
-
-
 def _with_copies(count: int, *, own_vertices: bool) -> str:
     content = json.loads(scene_to_json(cuboid()))
     vertices, faces = content["vertices"], content["faces"]
@@ -224,10 +203,7 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"\$: Invalid JSON: .*: it is cut short, write the scene again$"),
         (_change()[:-40], r"\$: Invalid JSON: .*: it is cut short, write the scene again$"),
-        ("{x}", r"\$: Invalid JSON: .*[^t]: write the scene again$"),
-        ("[]", r"\$: "),
         (_change(schema="facetlog-scene/9"), r"\$\.schema: .*'facetlog-scene/1'"),
         (_change(extra=1), r"\$\.extra: "),
         (_broken("vertices", 3, "point", 1, value="x"), r"\$\.vertices\[3\]\.point\[1\]: "),
@@ -235,12 +211,10 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
         (_broken("faces", 2, "outline", value=[1, 2, 2]), r"\$\.faces\[2\]: an outline is"),
         (_broken("faces", 1, "plane", "normal", value=[2, 0, 0]), r"\$\.faces\[1\]: the normal"),
         (_broken("faces", 1, "support", value=1.5), r"\$\.faces\[1\]\.support: "),
-        (_broken("edges", 0, "start", value=-1), r"\$\.edges\[0\]\.start: "),
         (
             _broken("faces", 0, "sights", value=[{"view": 2, "seen": 1}]),
             r"\$\.faces\[0\]\.sights\[0\]\.view: view 2 ",
         ),
-        (_change(sights=[{"origin": [0, 0, 0], "ends": "x"}]), r"\$\.sights\[0\]\.ends: "),
         (
             _change(sights=[{"origin": [0, 0, 0], "ends": "A!AA\n"}]),
             r"\$\.sights\[0\]\.ends: is no base64$",
@@ -249,22 +223,14 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
             _change(sights=[{"origin": [0, 0, 0], "ends": "AAAA"}]),
             r"\$\.sights\[0\]\.ends: give base64 of finite float32",
         ),
-        (
-            _change(sights=[{"origin": [0, 0, 0], "ends": "", "view": 1}]),
-            r"\$\.sights\[0\]\.view: view 1 ",
-        ),
         (_lattice(shown="AAAA"), r"\$\.lattices\[0\]\.shown: is not compressed by zlib$"),
-        (_lattice(shown=""), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
-        (_lattice(shown=_bytes(0)), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
         (_lattice(shown=_bytes(1_000_000)), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
         (
             _lattice(size=[1 << 40, 1 << 40]),
             r"\$\.lattices\[0\]\.shown: there are more than 16777216 bits in all lattices$",
         ),
-        (_lattice(size=[0, 3]), r"\$\.lattices\[0\]\.size\[0\]: "),
         (_lattice(views=[1]), r"\$\.lattices\[0\]\.views: view 1 does not exist"),
         (_lattice(origins=[]), r"\$\.lattices\[0\]\.origins: 0 origins and 1 views: "),
-        (_lattice(wrong=1.5), r"\$\.lattices\[0\]\.wrong: "),
         (_lattice(steps=[[1e308, 0, 0], [0, 1, 0]]), r"\$\.lattices\[0\]\.steps: is beyond "),
         (
             _broken("vertices", 0, "observations", value=[SEEN]),
@@ -281,11 +247,6 @@ def test_a_bad_file_is_told_by_name_and_place(text: str, message: str, tmp_path:
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"no\.json: cannot be read: No such file"):
-        read_scene(tmp_path / "no.json")
-
-
 def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
     path = tmp_path / "scene.json"
     write_scene(cuboid(), path)
@@ -296,20 +257,7 @@ def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
     assert path.read_bytes() == before
     with pytest.raises(InputError, match="cannot be written"):
         write_scene(cuboid(), tmp_path / "no" / "scene.json")
-
-
-def test_a_link_is_followed_and_a_pipe_is_written_to(tmp_path: Path) -> None:
-    scene = cuboid()
-    real, link = tmp_path / "real.json", tmp_path / "link.json"
-    link.symlink_to(real)
-    write_scene(scene, link)
-    assert link.is_symlink()
-    assert read_scene(real).faces
-
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
-    write_scene(scene, pipe)
-    said, _ = reader.communicate(timeout=20)
-    assert said == real.read_bytes()
-    assert pipe.is_fifo()
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.json"]
+    assert scene_to_json(read_scene(path)) == scene_to_json(cuboid())
+    with pytest.raises(InputError, match=r"no\.json: cannot be read: No such file"):
+        read_scene(tmp_path / "no.json")

@@ -1,5 +1,6 @@
-"""What belongs together: things are cut from what they stand on, and keep what is part of them."""
+"""Things are cut from what they stand on, and keep what is part of them."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -30,86 +31,49 @@ def floor(size: float = 4.0, height: float = 0.0) -> Scene:
 
 
 def without_up(scene: Scene) -> Scene:
-    return Scene(scene.name, (), scene.vertices, scene.edges, scene.faces, None, scene.metric)
-
-
-def partition(scene: Scene) -> list[list[str]]:
-    """Things as sorted lists of their parts."""
-    groups: dict[str, list[str]] = {}
-    for fact in scene_facts(scene):
-        if fact.functor == "part_of":
-            part, thing = (str(a) for a in fact.args)
-            groups.setdefault(thing, []).append(part)
-    return sorted(groups.values())
+    return replace(scene, up=None)
 
 
 def sizes(scene: Scene) -> list[int]:
-    """Numbers of parts of the scene's things, ascending."""
-    return sorted(len(group) for group in partition(scene))
+    """Return how many parts each of the scene's things has, ascending."""
+    of = Counter(fact.args[1] for fact in scene_facts(scene) if fact.functor == "part_of")
+    return sorted(of.values())
 
 
 @pytest.mark.parametrize("known_up", [True, False])
 @pytest.mark.parametrize(
-    ("build", "parts"),
-    [(cuboid, 6), (l_block, 8), (table, 26), (chair, 31), (stick_table, 9), (room_corner, 3)],
+    ("solid", "parts"),
+    [
+        (cuboid(), 6),
+        (l_block(), 8),
+        (table(), 26),
+        (chair(), 31),
+        (stick_table(), 9),
+        (seen_from(cuboid(), EYE), 3),
+    ],
 )
-def test_a_solid_is_one_thing(build: object, parts: int, known_up: bool) -> None:
-    scene: Scene = build()  # type: ignore[operator]
-    assert sizes(scene if known_up else without_up(scene)) == [parts]
-
-
-@pytest.mark.parametrize("known_up", [True, False])
-@pytest.mark.parametrize(
-    ("build", "parts"), [(cuboid, 6), (l_block, 8), (table, 26), (chair, 31), (stick_table, 9)]
-)
-def test_a_floor_is_no_part_of_what_stands_on_it(build: object, parts: int, known_up: bool) -> None:
-    scene = together(build(), floor())  # type: ignore[operator]
-    assert sizes(scene if known_up else without_up(scene)) == [1, parts]
-
-
-@pytest.mark.parametrize("known_up", [True, False])
-def test_a_floor_is_cut_from_the_faces_that_were_seen(known_up: bool) -> None:
-    scene = seen_from(together(cuboid(), floor()), EYE)
-    assert sizes(scene if known_up else without_up(scene)) == [1, 3]
+def test_a_solid_is_one_thing_without_the_floor_that_it_stands_on(
+    solid: Scene, parts: int, known_up: bool
+) -> None:
+    for scene, found in ((solid, [parts]), (together(solid, floor()), [1, parts])):
+        assert sizes(scene if known_up else without_up(scene)) == found
 
 
 def test_a_floor_cut_out_round_a_block_is_cut_all_the_same() -> None:
     # The floor's hole is the block's base, vertex by vertex, as a mesh of the scene would have it.
-    block = seen_from(cuboid(), EYE)
-    ground = floor()
-    n = len(block.vertices)
-    face = ground.faces[0]
-    scene = Scene(
-        "meshed",
-        (),
-        (*block.vertices, *ground.vertices),
-        (),
-        (
-            *block.faces,
-            type(face)(tuple(n + i for i in face.outline), face.plane, ((0, 2, 3, 1),)),
-        ),
-        np.array([0.0, 0.0, 1.0]),
-    )
-    assert sizes(scene) == [1, 3]
+    both = together(seen_from(cuboid(), EYE), floor())
+    *sides, ground = both.faces
+    assert sizes(replace(both, faces=(*sides, replace(ground, holes=((0, 2, 3, 1),))))) == [1, 3]
 
 
-def test_two_blocks_on_a_floor_are_three_things() -> None:
-    scene = together(cuboid(), moved(cuboid(), translation=(0.6, 0.0, 0.0)), floor())
-    assert sizes(scene) == [1, 6, 6]
-
-
-def test_a_block_on_a_table_is_a_thing_of_its_own() -> None:
-    block = moved(cuboid(), translation=(0.4, 0.3, 0.74))
-    assert sizes(together(table(), block)) == [6, 26]
-
-
-def test_a_block_in_a_room_corner_leaves_the_room_whole() -> None:
-    assert sizes(together(room_corner(), cuboid())) == [3, 6]
-
-
-def test_a_block_against_a_wall_is_not_part_of_it() -> None:
+def test_what_stands_on_or_at_another_thing_is_a_thing_of_its_own() -> None:
+    beside = moved(cuboid(), translation=(0.6, 0.0, 0.0))
     wall = polyhedron([(-2, 0, 0), (2, 0, 0), (2, 0, 3), (-2, 0, 3)], [(3, 2, 1, 0)])
-    assert sizes(together(cuboid(), moved(cuboid(), translation=(0.6, 0, 0)), wall)) == [1, 6, 6]
+    on_top = moved(cuboid(), translation=(0.4, 0.3, 0.74))
+    assert sizes(together(cuboid(), beside, floor())) == [1, 6, 6]
+    assert sizes(together(cuboid(), beside, wall)) == [1, 6, 6]
+    assert sizes(together(table(), on_top)) == [6, 26]
+    assert sizes(together(room_corner(), cuboid())) == [3, 6]
 
 
 def test_what_is_put_beside_a_block_any_way_round_is_a_thing_of_its_own() -> None:
@@ -140,16 +104,11 @@ def test_a_sheet_with_legs_below_is_a_table_even_on_a_floor() -> None:
     assert sizes(together(top, *legs, floor())) == [1, faces]
 
 
-def test_a_sheet_seat_and_a_sheet_back_are_one_thing() -> None:
+def test_sheets_that_share_a_side_and_labels_belong_together() -> None:
     points = [(0, 0, 0), (0.4, 0, 0), (0.4, 0.4, 0), (0, 0.4, 0), (0.4, 0.4, 0.5), (0, 0.4, 0.5)]
     assert sizes(polyhedron(points, [(0, 1, 2, 3), (3, 2, 4, 5)])) == [2]
-
-
-def test_a_label_on_a_block_belongs_to_it() -> None:
-    label = polyhedron(
-        [(0.05, 0, 0.05), (0.1, 0, 0.05), (0.1, 0, 0.1), (0.05, 0, 0.1)], [(0, 1, 2, 3)]
-    )
-    assert sizes(together(cuboid(), label)) == [7]
+    corners = [(0.05, 0, 0.05), (0.1, 0, 0.05), (0.1, 0, 0.1), (0.05, 0, 0.1)]
+    assert sizes(together(cuboid(), polyhedron(corners, [(0, 1, 2, 3)]))) == [7]
 
 
 def with_back_of_bars(sat_on: Scene, foot: tuple[float, float, float]) -> Scene:
@@ -170,16 +129,7 @@ def test_a_back_of_bars_rises_from_the_rim_of_its_seat() -> None:
     assert sizes(without_up(on_rim)) == [1]
     assert sizes(with_back_of_bars(seat, (-0.2, 0.23, 0.8))) == [1]  # in the air
     assert sizes(with_back_of_bars(floor(1.0, 0.5), (-0.2, 0.0, 0.51))) == [1]  # not at the rim
-
-
-def test_loose_edges_that_reach_no_face_belong_to_nothing() -> None:
-    block = cuboid()
-    far = tuple(Vertex(np.array([3.0, y, 0.0]), 1e-6 * np.eye(3)) for y in (0.0, 1.0))
-    n = len(block.vertices)
-    scene = Scene(
-        "stray", (), (*block.vertices, *far), (*block.edges, Edge(n, n + 1)), block.faces, block.up
-    )
-    assert sizes(scene) == [6]
+    assert sizes(with_back_of_bars(cuboid(), (3.0, 0.0, 0.0))) == [6]  # reaches no face
 
 
 def pictured_table(gap: float) -> Scene:

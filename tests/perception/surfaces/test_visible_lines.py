@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand, scene_facts
+from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.drawing_facts import flat_along
-from facetlog.perception.facts.fact_schema import ON_DEMAND, fact_fault
+from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.junctions import Junction
+from facetlog.perception.line_drawing import Junction
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     boxes,
     chair,
@@ -25,7 +24,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 from facetlog.perception.surfaces.visible_lines import VisibleLines, visible_lines
 from facetlog.perception.types import Camera, FloatArray, Pose
 from tests.drawn_scenes import CAMERA, looking, viewed
-from tests.perception.space.simulated_scans import eye_at, scanned
 
 
 def drawn(scene: Scene, view: int = 0) -> VisibleLines:
@@ -56,18 +54,6 @@ def in_sight(scene: Scene, points: FloatArray, eye: FloatArray) -> NDArray[np.bo
 
 def types(found: VisibleLines) -> Counter[Junction]:
     return Counter(rays.type for rays in found.drawing.rays if rays is not None)
-
-
-def test_of_a_cube_nine_lines_and_seven_corners_are_seen() -> None:
-    found = drawn(viewed(cuboid(0.3, 0.3, 0.3), 5))
-    assert len(found.drawing.lines) == 9
-    assert types(found) == {Junction.FORK: 1, Junction.ARROW: 3, Junction.L: 3}
-    assert (found.vertex >= 0).all()
-
-
-def test_an_l_block_has_a_t_where_its_upright_part_hides_an_edge() -> None:
-    kinds = [types(drawn(viewed(l_block(), 8), k)) for k in range(8)]
-    assert {k[Junction.T] for k in kinds} == {0, 1}
 
 
 @pytest.mark.parametrize("build", [cuboid, l_block, pyramid, table])
@@ -142,35 +128,12 @@ def test_faces_that_go_on_in_one_plane_have_no_line_between_them() -> None:
     )
 
 
-def test_facts_on_demand_are_those_that_others_leave_out() -> None:
-    found: set[str] = set()
-    scan = scanned(table(), eye_at(table(), 30.0, 30.0))
-    for scene in (viewed(table(), 2), viewed(build("frame", {}), 2), scan):
-        made = facts_on_demand(scene)
-        found |= {fact.functor for fact in made}
-        assert not ON_DEMAND & {fact.functor for fact in scene_facts(scene)}
-        assert [fault for fact in made if (fault := fact_fault(fact))] == []
-        assert len(set(made)) == len(made)
-    assert found == ON_DEMAND - {"hangs_from"}, "nothing hangs in them"
-
-
 def test_the_lines_at_a_junction_are_named_at_their_other_ends_too() -> None:
     rows = fact_rows(viewed(chair(), 2), ON_DEMAND)
     lines = {(view, j, k, e) for view, j, _, k, e in rows["line_at"]}
     assert lines == {(view, k, j, e) for view, j, k, e in lines}
     assert {(view, j) for view, j, _ in rows["junction"]} == {(v, j) for v, j, _, _ in lines}
     assert all((v, j) in {(a, b) for a, b, _, _ in lines} for v, j, _ in rows["contour"])
-
-
-@pytest.mark.parametrize("scene", [cuboid(), replace(viewed(cuboid(), 1), faces=(), edges=())])
-def test_without_cameras_or_faces_nothing_is_drawn(scene: Scene) -> None:
-    drawn = {fact.functor for fact in facts_on_demand(scene)}
-    assert not drawn & {"junction", "line_at", "contour"}
-
-
-def test_cameras_are_as_many_as_views() -> None:
-    with pytest.raises(ValueError, match="as many as there are views"):
-        replace(viewed(cuboid(), 2), views=("one",))
 
 
 def test_turned_and_moved_with_its_cameras_a_scene_is_drawn_alike() -> None:

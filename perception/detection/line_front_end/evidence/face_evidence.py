@@ -31,7 +31,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 )
 from facetlog.perception.flat_faces import cross, plane_axes, ring_sides
 from facetlog.perception.polygons import make_polygon
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Clear", "FaceEvidence", "FaceJudge", "Joins", "inner_points"]

@@ -14,7 +14,7 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
-from facetlog.perception.row_table import row_starts
+from facetlog.perception.ragged import row_starts
 from facetlog.perception.types import FloatArray
 
 __all__ = ["LEAST_SCORE", "LinesBehind"]

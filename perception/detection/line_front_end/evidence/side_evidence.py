@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     segment_samples,
 )
 from facetlog.perception.flat_faces import crossing
-from facetlog.perception.ties import ascending, at_least
+from facetlog.perception.stable_order import ascending, at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["BESIDE_PX", "INDEPENDENT_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]

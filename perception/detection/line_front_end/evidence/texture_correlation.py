@@ -18,8 +18,8 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
 )
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["MIN_CORRELATION", "PIECE_PX", "surface_between", "texture_correlation"]

@@ -13,7 +13,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Outline", "find_outlines"]

@@ -9,7 +9,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     plane_basis,
 )
 from facetlog.perception.flat_faces import crossing
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["parallelograms"]

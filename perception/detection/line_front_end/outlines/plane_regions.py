@@ -29,9 +29,9 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
-from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ties import descending
+from facetlog.perception.min_views import FEWEST_VIEWS
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ON_PLANE_PX", "RegionFinder"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import crossing
 from facetlog.perception.polygons import find_symmetric_difference, make_polygon
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = [

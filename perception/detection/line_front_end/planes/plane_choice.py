@@ -16,7 +16,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     plane_basis,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_cov", "same_plane"]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]

@@ -15,7 +15,7 @@ from facetlog.perception.detection.line_front_end.planes.texture_planes import (
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.ties import largest
+from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["as_hypothesis", "with_texture_planes"]

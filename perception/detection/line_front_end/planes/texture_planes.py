@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.flat_faces import plane_axes, ring_sides
-from facetlog.perception.ties import descending, largest
+from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
 __all__ = ["TexturePlane", "patch_box", "shown_patches", "texture_planes"]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.gradients import GRADIENT_NOISE
-from facetlog.perception.ties import descending
+from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["TextureFeatures", "common_direction", "texture_features"]

@@ -16,7 +16,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     project_points,
 )
 from facetlog.perception.detection.view_graph import ViewGraph, view_graph
-from facetlog.perception.ties import TIE, at_least, descending, ranks
+from facetlog.perception.stable_order import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
 __all__ = [

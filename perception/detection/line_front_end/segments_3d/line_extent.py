@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import hits
-from facetlog.perception.ties import at_least
+from facetlog.perception.stable_order import at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["LineProfiles", "covered_extents", "line_profiles"]

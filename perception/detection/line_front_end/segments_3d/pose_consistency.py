@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import MIN_SUPPORT
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.first_names import named
-from facetlog.perception.ties import at_least
+from facetlog.perception.name_lists import named
+from facetlog.perception.stable_order import at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_share"]

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.meshes.dae_document import DaeDocument, parse_xml
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.meshes.gltf_data import (
     COMPRESSED,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.meshes.polygons import triangulate
 from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
 from facetlog.perception.types import FloatArray

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
 from facetlog.perception.reading.shape_files.meshes.dae_mesh import read_dae
 from facetlog.perception.reading.shape_files.meshes.gltf_mesh import read_gltf

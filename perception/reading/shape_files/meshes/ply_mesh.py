@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
     Limits,

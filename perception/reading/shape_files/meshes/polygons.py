@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.grouped import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["skin_points"]

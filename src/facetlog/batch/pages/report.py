@@ -13,7 +13,7 @@ from facetlog.batch.pages.report_page import Explanation, card, foot, group_head
 from facetlog.batch.pool import Task
 from facetlog.batch.rows import Row, closest
 from facetlog.batch.run import Finished, Progress, Workers
-from facetlog.perception.whole_file import writing_whole
+from facetlog.perception.atomic_write import writing_whole
 
 __all__ = ["write_report"]
 

@@ -13,7 +13,7 @@ from facetlog.commands.model.files import model_files
 from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
 from facetlog.output_file import Overwrite, check_output_file
-from facetlog.perception.whole_file import write_whole
+from facetlog.perception.atomic_write import write_whole
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis

@@ -9,7 +9,7 @@ from facetlog.commands.model.check import analysed, checked
 from facetlog.commands.model.fault_text import counted
 from facetlog.commands.model.files import is_stdin
 from facetlog.errors import InputError
-from facetlog.perception.whole_file import write_whole
+from facetlog.perception.atomic_write import write_whole
 from facetlog.terminal import note
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_te
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
-from facetlog.perception.whole_file import write_whole
+from facetlog.perception.atomic_write import write_whole
 from facetlog.terminal import error, note, one_line
 
 __all__ = ["format_command"]

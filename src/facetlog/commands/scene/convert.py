@@ -89,17 +89,17 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 
 def _write_pieces(scene: "Scene", path: Path) -> None:
+    from facetlog.perception.atomic_write import write_whole
     from facetlog.perception.facts.pieces.piece_facts import shown_pieces
     from facetlog.perception.pieces.piece_meshes import pieces_bytes
-    from facetlog.perception.whole_file import write_whole
 
     write_whole(path, pieces_bytes(scene, shown_pieces(scene)))
 
 
 def _write_facts(scene: "Scene", path: Path) -> None:
     from facetlog.kb.loading.encode import facts_program
+    from facetlog.perception.atomic_write import write_whole
     from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
-    from facetlog.perception.whole_file import write_whole
 
     # A file can be asked for nothing later.
     made = (*scene_facts(scene), *facts_on_demand(scene))

@@ -48,8 +48,8 @@ def show_command(
         check_output_file(out, "-o", (shape,), suffixes=(PICTURE_SUFFIX,), overwrite=overwrite)
     found = read(shape, up, unit, sensor, scale, override=override_file)
     if out is not None:
+        from facetlog.perception.atomic_write import write_whole
         from facetlog.perception.surfaces.drawing.thumbnail import thumbnail
-        from facetlog.perception.whole_file import write_whole
 
         write_whole(out, thumbnail(found.scene, PICTURE_PX))
     summary = Summary(found)

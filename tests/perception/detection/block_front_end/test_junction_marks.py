@@ -11,7 +11,7 @@ from facetlog.perception.detection.block_front_end.image_vertices import ImageVe
 from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
 from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
 from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
-from facetlog.perception.junctions import Junction
+from facetlog.perception.line_drawing import Junction
 from facetlog.perception.types import Camera, PositionLabel, View
 from tests.drawn_scenes import looking
 

@@ -79,13 +79,6 @@ def test_a_picture_on_its_side_is_drawn_upright() -> None:
     assert _green(upright) == pytest.approx(_green(as_held), rel=0.1)
 
 
-def test_depth_is_measured_along_the_optical_axis() -> None:
-    view = _view((4.0, 0.5, 0.5))
-    surface = hidden_surface(view, _scene(UNIT_CUBE))
-    assert surface.depth[120, 160] == pytest.approx(3.0)
-    assert np.isinf(surface.depth[0, 0])
-
-
 def test_a_hidden_edge_is_not_drawn() -> None:
     near, far = UNIT_CUBE, UNIT_CUBE * 0.4 + np.array([-3.0, 0.3, 0.3])  # the second is behind
     view = _view((4.0, 0.51, 0.52))
@@ -105,15 +98,6 @@ def test_implied_edges_are_dashed() -> None:
     assert 0.3 * solid < dashed < 0.75 * solid
 
 
-@pytest.mark.parametrize("width", [64, 640, 4000])
-def test_the_legend_is_added_below_at_any_size(width: int) -> None:
-    view = _view((4.0, 3.0, 2.5), width)
-    image = draw_scene(view, _scene(UNIT_CUBE), verdict="a box (99 %) 90° ± 1°")
-    assert image.shape[1] == width
-    assert image.shape[0] > view.image.shape[0]
-    assert image.dtype == np.uint8
-
-
 @pytest.mark.parametrize(
     "centre", [(0.5, 0.4, 0.6), (1.0, 0.5, 0.51), (1.0001, 0.5, 0.51), (0.9, -0.2, 0.5)]
 )
@@ -121,12 +105,6 @@ def test_a_camera_inside_or_touching_the_thing_can_be_drawn(
     centre: tuple[float, float, float],
 ) -> None:
     assert draw_scene(_view(centre), _scene(UNIT_CUBE)).any()
-
-
-def test_a_scene_without_anything_is_drawn_as_the_picture() -> None:
-    view = _view((4.0, 3.0, 2.5))
-    image = draw_scene(view, Scene("nothing"))
-    assert (image[: view.camera.height] == 90).all()
 
 
 def test_clipping_keeps_what_is_in_view() -> None:

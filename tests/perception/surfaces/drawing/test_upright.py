@@ -50,8 +50,3 @@ def test_up_is_up_and_all_lies_where_it_lay(
 def test_what_is_not_known_to_lie_is_left_as_it_is(up: FloatArray | None) -> None:
     above = replace(held(0), pose=looking_at([0.01, 0.0, 3.0], [0.0, 0.0, 0.0]))
     assert upright(above, up) == (above, 0)
-
-
-def test_an_upright_picture_is_the_same_view() -> None:
-    view = held(0)
-    assert upright(view, UP)[0] is view

@@ -53,17 +53,6 @@ def test_of_a_bar_the_ground_shows_on_both_sides_of_a_solid_s_edge_on_one() -> N
     assert not GroundBeside.of(lying, [lattice(*wall)]).of_solids.any()
 
 
-def test_where_no_view_shows_the_ground_nothing_is_known() -> None:
-    both = np.array([LEG, IN_THE_AIR])
-    blind = replace(lattice(LEG), shown=np.zeros((3, 600, 600), dtype=np.bool_))
-    for known in ([blind], []):
-        beside = GroundBeside.of(both, known)
-        assert not (beside.through | beside.of_solids).any()
-    # what lies on the ground is seen, whatever it is
-    on_ground = np.array([[[-0.3, 0.3, 0.0], [0.2, 0.4, 0.0]]])
-    assert not GroundBeside.of(on_ground, [lattice(LEG)]).through.any()
-
-
 def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
     block = cuboid(0.2, 0.2, 0.4)
     count = len(block.vertices)

@@ -1,7 +1,5 @@
 """Faces as lattices of points, and what views see of them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,7 +7,6 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.scene import Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.surfaces.seeing.seen_faces import (
-    LEAST_POINTS,
     MOST_POINTS,
     MOST_VIEWS,
     surfaces_of,
@@ -36,32 +33,11 @@ def test_points_lie_on_the_face_and_not_in_its_holes() -> None:
     assert len(surface.points) == pytest.approx(MOST_POINTS * 8 / 9, rel=0.05)
 
 
-def test_a_small_face_beside_large_ones_has_points_enough() -> None:
-    board = cuboid(1.0, 0.5, 0.001)
-    counts = sorted(len(surface.points) for surface in surfaces_of(board))
-    assert sum(counts) < 1.2 * MOST_POINTS
-    assert counts[0] >= LEAST_POINTS / 2
-
-
 def test_points_move_with_the_frame() -> None:
     block, turn = cuboid(3.0, 2.0, 1.0), Rotation.from_rotvec([0.3, -0.4, 0.9]).as_matrix()
     there = moved(block, turn, np.array([1.0, 2.0, 3.0]))
     for one, other in zip(surfaces_of(block), surfaces_of(there), strict=True):
         np.testing.assert_allclose(one.points @ turn.T + [1.0, 2.0, 3.0], other.points, atol=1e-9)
-
-
-def test_a_view_that_shows_nothing_is_not_named() -> None:
-    (surface,) = surfaces_of(plate())
-    origins = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0]])
-    shown = np.zeros((3, len(surface.points)), dtype=np.bool_)
-    assert surface.seen(origins, shown) is None
-    shown[1, :5] = True
-    lattice = surface.seen(origins, shown)
-    assert lattice is not None
-    assert lattice.views == (1,)
-    (lines,) = lattice.lines
-    np.testing.assert_array_equal(lines.origin, origins[1])
-    np.testing.assert_allclose(lines.ends, surface.points[:5], atol=1e-12)
 
 
 def test_of_many_views_some_are_kept_evenly() -> None:
@@ -73,10 +49,3 @@ def test_of_many_views_some_are_kept_evenly() -> None:
     assert lattice.views[0] == 0
     assert lattice.views[-1] == 99
     assert max(np.diff(lattice.views)) <= 4
-
-
-def test_a_face_without_area_has_no_points() -> None:
-    flat = plate()
-    line = tuple(replace(vertex, point=vertex.point * [1, 0, 0]) for vertex in flat.vertices)
-    (surface,) = surfaces_of(replace(flat, vertices=line))
-    assert not len(surface.points)

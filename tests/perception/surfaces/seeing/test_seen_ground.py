@@ -1,4 +1,4 @@
-"""What of the ground nine views from above see past a plate: all beside it, and nothing beneath."""
+"""Nine views from above see all of the ground beside a plate, and nothing beneath it."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -12,8 +12,7 @@ from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.seeing.ground_lattice import GroundLattice
-from facetlog.perception.surfaces.seeing.ground_level import aligned_ground
-from facetlog.perception.surfaces.seeing.seen_ground import seen_ground
+from facetlog.perception.surfaces.seeing.seen_ground import GroundViews, seen_ground
 from facetlog.perception.types import FloatArray, Image, Pose, View
 from tests.perception.detection.drawings import CAMERA, HEIGHT, WIDTH, with_noise
 
@@ -112,13 +111,6 @@ def test_a_printed_floor_is_seen_beside_a_plain_plate_that_nobody_found_and_not_
     assert not lattice.shown[beneath].any()
 
 
-def test_beneath_a_printed_plate_that_nobody_found_hardly_a_point_agrees_by_chance() -> None:
-    (lattice,) = seen(FLOOR, pattern(FLOOR_GREY, 15.0, 1))
-    beside, beneath = beside_and_beneath(lattice)
-    assert lattice.shown[beside].mean() > 0.95
-    assert lattice.shown[beneath].mean() < 0.04
-
-
 def test_nothing_that_a_known_face_hides_is_seen_and_how_often_it_would_be_is_known() -> None:
     by_print, by_level = seen(FLOOR, pattern(PLATE_GREY, 15.0, 1), KNOWN)
     for lattice in (by_print, by_level):
@@ -128,15 +120,6 @@ def test_nothing_that_a_known_face_hides_is_seen_and_how_often_it_would_be_is_kn
         assert lattice.wrong < 0.055
         assert lattice.shown[beside].mean() > 0.9
         assert not lattice.shown[beneath].any()
-
-
-def test_a_shadow_on_a_plain_floor_is_seen_by_its_grey_as_well() -> None:
-    shaded = pattern(FLOOR_GREY, 0.0, 0).copy()
-    shaded[:, : shaded.shape[1] // 2] //= 2
-    lattice = seen(shaded, pattern(PLATE_GREY, 0.0, 1), KNOWN)[-1]
-    beside, beneath = beside_and_beneath(lattice)
-    assert lattice.shown[beside].mean() > 0.95
-    assert not lattice.shown[beneath].any()
 
 
 def test_a_plain_floor_is_seen_by_its_grey_where_a_face_says_how_often_that_is_wrong() -> None:
@@ -154,23 +137,6 @@ def test_a_plain_floor_is_seen_by_its_grey_where_a_face_says_how_often_that_is_w
     assert not lattice.shown[beneath].any()
 
 
-def test_a_plain_floor_is_seen_through_a_slit_that_is_as_narrow_as_outlines_may_be_off() -> None:
-    # Five pixels at the plate's height, of which each is .015.
-    left, right = PLATE.copy(), PLATE.copy()
-    left[[1, 2], 0], right[[0, 3], 0] = -0.0375, 0.0375
-    plain, plate = pattern(FLOOR_GREY, 0.0, 0), pattern(PLATE_GREY, 0.0, 1)
-    lattice = seen(plain, plate, [[left], [right]], (left, right))[-1]
-    points = points_of(lattice)
-    crossed = [np.abs(crossed_by(points, place)) for place in lattice.origins]
-    within = np.array([(at < [0.02, 0.5]).all(axis=-1) for at in crossed])
-    # Of what the two other views along the slit see.
-    within &= within.sum(axis=0) >= 3
-    assert within.sum() >= 50
-    assert lattice.shown[within].mean() > 0.9
-    beside = np.array([((at > [0.06, 0]) & (at < [0.62, 0.52])).all(axis=-1) for at in crossed])
-    assert not lattice.shown[beside].any()
-
-
 def test_of_a_plate_whose_outline_was_found_too_small_nothing_passes_for_a_plain_floor() -> None:
     plain, plate = pattern(FLOOR_GREY, 0.0, 0), pattern(PLATE_GREY, 0.0, 1)
     # By three pixels at its height.
@@ -185,10 +151,6 @@ def test_of_a_plate_whose_outline_was_found_too_small_nothing_passes_for_a_plain
     assert not lattice.shown[beneath].any()
 
 
-def test_a_plain_floor_as_grey_as_what_hides_it_is_not_seen() -> None:
-    assert seen(pattern(FLOOR_GREY, 0.0, 0), pattern(FLOOR_GREY, 0.0, 1), KNOWN) == ()
-
-
 @pytest.mark.parametrize(("off", "lean"), [(0.06, 0.0), (-0.1, 0.0), (0.04, 0.02)])
 def test_the_ground_is_put_where_its_print_agrees(off: float, lean: float) -> None:
     # far enough apart that a pixel up or down makes a difference
@@ -196,20 +158,13 @@ def test_the_ground_is_put_where_its_print_agrees(off: float, lean: float) -> No
     views = [picture(place, FLOOR, pattern(PLATE_GREY, 15.0, 1)) for place in apart]
     levels = GreyLevels(views, [gradient(view.image) for view in views])
     tilted = np.array([lean, 0.0, np.sqrt(1.0 - lean**2)])
-    every, alike = np.arange(len(views)), np.ones(len(views))
-    normal, height = aligned_ground(views, levels, every, alike, (tilted, off), UP)
+    seeing = GroundViews(views, levels, np.arange(9), np.ones(9, np.float32))
+    normal, height = seeing.aligned((tilted, off), UP)
     np.testing.assert_allclose(normal, UP)
     # a pixel is .02
     assert height == pytest.approx(0.0, abs=0.025)
-    near = aligned_ground(views, levels, every, alike, (tilted, off))[1]
+    near = seeing.aligned((tilted, off))[1]
     assert abs(near) <= abs(off)
-
-
-def test_a_ground_without_print_stays_where_it_is() -> None:
-    views = [picture(place, pattern(FLOOR_GREY, 0.0, 0), None) for place in PLACES]
-    levels = GreyLevels(views, [gradient(view.image) for view in views])
-    ground = (UP, 0.06)
-    assert aligned_ground(views, levels, np.arange(9), np.ones(9), ground, UP) == ground
 
 
 def test_fewer_views_than_agree_see_nothing() -> None:
@@ -220,27 +175,6 @@ def test_fewer_views_than_agree_see_nothing() -> None:
     same = [views[0]] * 3
     levels = GreyLevels(same, [gradient(view.image) for view in same])
     assert seen_ground(same, levels, np.full(3, 1 / 3), (), (UP, 0.0)) == ()
-
-
-def test_views_from_below_or_along_the_ground_see_none_of_it() -> None:
-    view = picture(PLACES[0], FLOOR, None)
-    levels = GreyLevels([view], [gradient(view.image)])
-    assert seen_ground([view], levels, np.ones(1), (), (UP, 7.0)) == ()
-    level = Pose(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), PLACES[0])
-    along = View("x.png", view.image, CAMERA, level)
-    assert GroundLattice.under([along], UP, 0.0) is None
-
-
-def test_a_lattice_is_a_pixel_and_a_half_wide_and_its_points_fall_on_their_pixels() -> None:
-    view = picture(np.array([0.0, 0.0, 6.0]), FLOOR, None)
-    lattice = GroundLattice.under([view], UP, 0.0)
-    assert lattice is not None
-    np.testing.assert_allclose(np.linalg.norm(lattice.steps, axis=1), 1.5 * 6.0 / CAMERA.fx)
-    row, column = 7, 11
-    point = lattice.corner + row * lattice.steps[0] + column * lattice.steps[1]
-    away = lattice.pixels(view) @ [column, row, 1.0]
-    np.testing.assert_allclose(away, view.projection @ [*point, 1.0], atol=1e-9)
-    assert away[2] == pytest.approx(6.0)
 
 
 def test_the_shadow_of_a_face_is_where_the_ways_to_the_ground_cross_it() -> None:
@@ -261,3 +195,7 @@ def test_the_shadow_of_a_face_is_where_the_ways_to_the_ground_cross_it() -> None
     x = lattice.corner[0] + np.column_stack([rows, columns]) @ lattice.steps[:, 0]
     assert x.min() == pytest.approx(0.0, abs=2 * pitch)
     assert len(x) * pitch**2 > 0.9 * 2.2 * 6.4
+
+
+def test_a_plain_floor_as_grey_as_what_hides_it_is_not_seen() -> None:
+    assert seen(pattern(FLOOR_GREY, 0.0, 0), pattern(FLOOR_GREY, 0.0, 1), KNOWN) == ()

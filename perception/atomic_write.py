@@ -23,7 +23,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 @contextmanager
 def writing_whole(path: Path) -> Iterator[BinaryIO]:
-    """A file beside its place, which is renamed there at the end if nothing was raised.
+    """Open a file beside its place, which is renamed there at the end if nothing was raised.
 
     Raises InputError if the folder cannot be written to; an older file is then left as it was, else
     its permissions are kept. A link stays one: its target is written, also where there is none yet.

@@ -8,7 +8,7 @@ NAMED = 3
 
 
 def named(names: Sequence[str]) -> str:
-    """The first names and how many more there are.
+    """Return the first names and how many more there are.
 
     >>> named(["a.png", "b.png", "c.png", "d.png", "e.png"])
     'a.png, b.png, c.png and 2 more'

@@ -6,14 +6,14 @@ alone, to the last bit, and many rows cost less than as many calls.
 
 import numpy as np
 
-from facetlog.perception.row_table import Indices
+from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["along_axes", "dots", "quadratic_forms"]
 
 
 def dots(one: FloatArray, two: FloatArray) -> FloatArray:
-    """Scalar products (...) of vectors (..., k).
+    """Return scalar products (...) of vectors (..., k).
 
     >>> dots(np.array([[1.0, 2.0, 3.0]]), np.array([1.0, 0.0, 2.0]))
     array([7.])
@@ -25,7 +25,8 @@ def dots(one: FloatArray, two: FloatArray) -> FloatArray:
 
 
 def along_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
-    """Coordinates (r, k, a) of points (r, k, d) along axes (r, a, d), or (a, d) for all rows.
+    """Return coordinates (r, k, a) of points (r, k, d) along axes (r, a, d), or (a, d) for all
+    rows.
 
     >>> along_axes(np.array([[[1.0, 2.0]]]), np.array([[0.0, 1.0], [1.0, 0.0]]))
     array([[[2., 1.]]])
@@ -40,7 +41,8 @@ def along_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
 def quadratic_forms(
     vectors: FloatArray, matrices: FloatArray, rows: Indices | None = None
 ) -> FloatArray:
-    """vᵀ C v (n,) of vectors (n, k) and matrices (n, k, k), or `rows` (n,) of matrices (m, k, k).
+    """Return vᵀ C v (n,) of vectors (n, k) and matrices (n, k, k), or `rows` (n,) of matrices (m,
+    k, k).
 
     >>> quadratic_forms(np.array([[1.0, 2.0]]), np.array([[[2.0, 0.0], [0.0, 1.0]]]))
     array([6.])

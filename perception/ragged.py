@@ -1,16 +1,21 @@
-"""Rows of different lengths that stand end to end in one array, as a table and as sums."""
+"""Ragged arrays (rows of different lengths, end to end in one array) and numbered groups."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.types import FloatArray
 
 __all__ = [
     "Bools",
     "Indices",
+    "by_group",
     "chosen_places",
+    "group_sums",
+    "joined",
     "padded_sums",
     "pairs_in_rows",
     "row_starts",
@@ -24,7 +29,7 @@ Bools = NDArray[np.bool_]
 
 
 def row_starts(lengths: Indices) -> Indices:
-    """Where each row begins (r,).
+    """Return where each row begins (r,).
 
     >>> row_starts(np.array([3, 2])).tolist()
     [0, 3]
@@ -33,7 +38,7 @@ def row_starts(lengths: Indices) -> Indices:
 
 
 def row_table(lengths: Indices) -> tuple[Indices, Bools]:
-    """Places (r, k) of the rows' entries, k the longest, and which of them are there (r, k).
+    """Return places (r, k) of the rows' entries, k the longest, and which of them are there (r, k).
 
     A row that is shorter repeats its last entry.
 
@@ -48,7 +53,7 @@ def row_table(lengths: Indices) -> tuple[Indices, Bools]:
 
 
 def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
-    """Sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
+    """Return sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
     if not len(lengths):
         return np.zeros((0, *values.shape[1:]))
     sums: FloatArray = np.add.reduceat(values, row_starts(lengths), axis=0)
@@ -56,7 +61,7 @@ def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
 
 
 def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
-    """Places of all entries of some rows, row by row.
+    """Return places of all entries of some rows, row by row.
 
     >>> chosen_places(np.array([3, 2, 1]), np.array([2, 0])).tolist()
     [5, 0, 1, 2]
@@ -67,7 +72,7 @@ def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
 
 
 def padded_sums(table: FloatArray) -> FloatArray:
-    """Sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
+    """Return sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
 
     >>> padded_sums(np.array([[1.0, 2.0, 0.0]]))
     array([3.])
@@ -78,7 +83,7 @@ def padded_sums(table: FloatArray) -> FloatArray:
 
 
 def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
-    """Places (p,) of every pair of an entry of one kind with one of another in the same row.
+    """Return places (p,) of every pair of an entry of one kind with one of another in the same row.
 
     The rows have `firsts` (r,) and `seconds` (r,) entries.
 
@@ -92,7 +97,45 @@ def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
 
 
 def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
-    """Arrays of one shape as rows (n, ...)."""
+    """Return arrays of one shape as rows (n, ...)."""
     if not arrays:
         return np.zeros((0, *shape))
     return np.concatenate(arrays).reshape(-1, *shape)
+
+
+def group_sums(groups: Indices, values: ArrayLike, count: int) -> FloatArray:
+    """Return sums (count,) or (count, k) of values (n,) or (n, k), by the group (n,) of each.
+
+    >>> group_sums(np.array([0, 2, 0]), [1.0, 2.0, 3.0], 3)
+    array([4., 0., 2.])
+    """
+    what = np.asarray(values, dtype=np.float64)
+    if what.ndim == 1:
+        return np.bincount(groups, what, minlength=count).astype(np.float64)
+    columns = [np.bincount(groups, column, minlength=count) for column in what.T]
+    return np.column_stack(columns).astype(np.float64)
+
+
+def by_group(groups: Indices) -> Iterator[Indices]:
+    """Return the indices of each group that has any, by the groups' numbers.
+
+    >>> [own.tolist() for own in by_group(np.array([5, 0, 5]))]
+    [[1], [0, 2]]
+    """
+    order = np.argsort(groups, kind="stable").astype(np.int64)
+    if len(order):
+        yield from np.split(order, np.flatnonzero(np.diff(groups[order])) + 1)
+
+
+def joined(count: int, pairs: ArrayLike) -> tuple[int, Indices]:
+    """Return how many groups `count` nodes make that are joined by pairs (k, 2), and each node's.
+
+    >>> joined(4, [(3, 1)])
+    (3, array([0, 1, 2, 1]))
+    """
+    ends = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
+    if not count:
+        return 0, np.zeros(0, dtype=np.int64)
+    graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    groups, labels = connected_components(graph, directed=False)
+    return int(groups), labels.astype(np.int64)

@@ -19,7 +19,8 @@ TIE = 1e-9
 
 
 def ranks(values: FloatArray) -> NDArray[np.intp]:
-    """Rank (n,) of each of finite values (n,), from 0 for the smallest; equal ones share it.
+    """Return the rank (n,) of each of finite values (n,), from 0 for the smallest; equal ones share
+    it.
 
     >>> ranks(np.array([0.3, 0.1 + 0.2, 0.1])).tolist()
     [1, 1, 0]
@@ -32,7 +33,8 @@ def ranks(values: FloatArray) -> NDArray[np.intp]:
 
 
 def ascending(*keys: FloatArray) -> NDArray[np.intp]:
-    """Order (n,) of things from small to large by the first key (n,), among equals by the next.
+    """Return the order (n,) of things from small to large by the first key (n,), among equals by
+    the next.
 
     >>> ascending(np.array([0.3, 0.1 + 0.2, 0.1]), np.array([2.0, 1.0, 0.0])).tolist()
     [2, 1, 0]
@@ -41,12 +43,15 @@ def ascending(*keys: FloatArray) -> NDArray[np.intp]:
 
 
 def descending(*keys: FloatArray) -> NDArray[np.intp]:
-    """Order (n,) of things from large to small by the first key (n,), among equals by the next."""
+    """Return the order (n,) of things from large to small by the first key (n,), among equals by
+    the next.
+    """
     return ascending(*(-key for key in keys))
 
 
 def largest(*keys: FloatArray) -> int:
-    """Place of the largest of the first key (n,), among equals by the next key, then the first.
+    """Return the place of the largest of the first key (n,), among equals by the next key, then the
+    first.
 
     >>> largest(np.array([0.3, 0.1 + 0.2, 0.1]))
     0
@@ -59,7 +64,7 @@ def largest(*keys: FloatArray) -> int:
 
 
 def at_least(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]:
-    """Whether values (...) reach a limit, one for all or one each, be it but for rounding.
+    """Return whether values (...) reach a limit, one for all or one each, be it but for rounding.
 
     >>> at_least(np.array([3 * (0.1 + 0.2), 0.8]), 0.9 + 1e-15).tolist()
     [True, False]
@@ -69,7 +74,8 @@ def at_least(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]
 
 
 def farthest_points(apart: FloatArray, count: int) -> list[int]:
-    """At most `count` of n things, each next one the farthest from all chosen (Gonzalez 1985).
+    """Return at most `count` of n things, each next one the farthest from all chosen (Gonzalez
+    1985).
 
     `apart` (n, n) are distances. The first is the one farthest from all in sum; of equally far
     ones the next is that whose second nearest of the chosen is farthest, then the third, so that

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.estimation.shared_error import GROUPS, view_groups
-from facetlog.perception.ties import TIE, at_least, descending, farthest_points, largest, ranks
+from facetlog.perception.stable_order import (
+    TIE,
+    at_least,
+    descending,
+    farthest_points,
+    largest,
+    ranks,
+)
 from facetlog.perception.types import FloatArray
 
 # Rounding as of a few operations, and far below TIE.
@@ -74,9 +81,3 @@ def test_groups_of_a_ring_do_not_hang_on_rounding(count: int, heights: tuple[flo
     for seed in range(10):
         noise = NOISE * np.random.default_rng(seed).uniform(-1, 1, (count, 3))
         np.testing.assert_array_equal(view_groups(ring(count, heights) + noise), exact)
-
-
-def test_cameras_half_way_between_groups_are_shared_out() -> None:
-    sizes = np.bincount(view_groups(ring(16)))
-    assert sizes.sum() == 16
-    assert sizes.max() <= 3

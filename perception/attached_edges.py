@@ -1,19 +1,82 @@
-"""What rises from the rim of a level face, such as the posts and rails of a chair's back."""
+"""Edges attached to a face: below it, such as legs under a top, or risen from its rim, as backs."""
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import MIN_DEPTH_SHARE, RIM_SHARE
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["rise_from_rim"]
+__all__ = ["hangs_behind", "lies_inside", "rise_from_rim", "stands_behind"]
 
+# The outline is widened by this share of the face's size: legs stand at the rim.
+RIM_SHARE = 0.08
+# What begins farther behind than this share of the face's size is another thing: a table top is
+# rarely thicker than a quarter of the root of its area.
+MAX_GAP_SHARE = 0.25
+# What stays nearer to the face's plane than this share lies on the face.
+MIN_DEPTH_SHARE = 0.05
 # A face carries what rises from it if its normal points this far above the horizon: sin 30°.
 LEVEL_ENOUGH = 0.5
 # Posts lean less than this from upright: backs lean by 25° at most.
 UPRIGHT = float(np.cos(np.deg2rad(30.0)))
+
+
+def stands_behind(
+    segments: FloatArray, corners: FloatArray, normal: FloatArray
+) -> NDArray[np.bool_]:
+    """Return which segments (n, 2, 3) begin just behind a face and stay within its outline (n,).
+
+    `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal.
+
+    >>> square = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    >>> leg, beside = [[0.1, 0.1, 0.9], [0.1, 0.1, 0]], [[2, 0, 0.9], [2, 0, 0.0]]
+    >>> stands_behind(np.array([leg, beside]), square, np.array([0, 0, 1.0]))
+    array([ True, False])
+    """
+    depth, within, size = _seen_along(segments, corners, normal)
+    begins = np.abs(depth).min(axis=1) < MAX_GAP_SHARE * size
+    reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
+    result: NDArray[np.bool_] = begins & reaches & _is_behind(depth, within, size)
+    return result
+
+
+def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
+    """Return whether a face with these sides (n, 2, 3) begins at another from behind, within its
+    outline.
+
+    `corners` and `normal` are the other's; of a board pictures often show the upper side alone, so
+    what begins no farther behind than boards are thick begins there.
+    """
+    depth, within, size = _seen_along(sides, corners, normal)
+    begins = depth.min() < MAX_GAP_SHARE * size and depth.max() > MIN_DEPTH_SHARE * size
+    return bool(begins and _is_behind(depth, within, size).all())
+
+
+def lies_inside(segments: FloatArray, corners: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
+    """Return which segments (n, 2, 3) lie behind a face within its outline, however deep (n,).
+
+    Of a solid that is where its inside is: no view shows an edge there.
+    """
+    return _is_behind(*_seen_along(segments, corners, normal))
+
+
+def _is_behind(depth: FloatArray, within: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
+    behind: NDArray[np.bool_] = (depth > -MIN_DEPTH_SHARE * size).all(axis=1) & within
+    return behind
+
+
+def _seen_along(
+    segments: FloatArray, corners: FloatArray, normal: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_], float]:
+    # Depths (n, 2) behind the face, whether both ends are within its widened outline, its size.
+    middle = corners.mean(axis=0)
+    axes = plane_axes(normal, corners[1] - corners[0])
+    polygon = shapely.Polygon((corners - middle) @ axes.T)
+    size = float(np.sqrt(polygon.area))
+    flat = (segments - middle) @ axes.T
+    within = shapely.contains_xy(polygon.buffer(RIM_SHARE * size), flat[..., 0], flat[..., 1])
+    return -(segments - middle) @ normal, within.all(axis=1), size
 
 
 def rise_from_rim(
@@ -23,7 +86,7 @@ def rise_from_rim(
     up: FloatArray,
     posts: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) rise from the rim of a face, or hang together with such (n,).
+    """Return which segments (n, 2, 3) rise from the rim of a face, or hang together with such (n,).
 
     `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal, `up` (3,) a unit
     vector. Those that stand at the rim are about upright, and of `posts` (n,) where that is given;
@@ -72,7 +135,7 @@ def _upright(segments: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
 def _with_joined(
     segments: FloatArray, found: NDArray[np.bool_], may: NDArray[np.bool_], reach: float
 ) -> NDArray[np.bool_]:
-    """Those `found`, and of those that `may` all that hang together with them."""
+    """Return which are `found`, or `may` be and hang together with such (n,)."""
     found, left = found.copy(), np.flatnonzero(may & ~found)
     fresh = np.flatnonzero(found)
     while len(left) and len(fresh):
@@ -86,7 +149,9 @@ def _with_joined(
 
 
 def _away(ends: FloatArray, segments: FloatArray) -> FloatArray:
-    """How far ends (n, 2, 3) are from segments (n, 2, 3), or from or of a single one: (n, 2)."""
+    """Return how far ends (n, 2, 3) are from segments (n, 2, 3), or from or of a single one: (n,
+    2).
+    """
     start, span = segments[:, :1], segments[:, 1:] - segments[:, :1]
     square = np.maximum((span * span).sum(axis=-1), 1e-300)
     t = np.clip(((ends - start) * span).sum(axis=-1) / square, 0.0, 1.0)
