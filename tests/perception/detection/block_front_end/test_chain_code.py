@@ -25,20 +25,14 @@ SQUARE = np.array([[-60, -60], [60, -60], [60, 60], [-60, 60]], float)
 HEXAGON = 80 * np.array([[np.cos(a), np.sin(a)] for a in np.arange(6) * np.pi / 3])
 
 
-def test_the_steps_of_a_chain_lead_back_to_its_start():
-    outline = outer_outline(polygon(turned(HEXAGON, 13)))
-    steps = np.array([[1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1], [1, 1]])
-    assert (steps[freeman_chain(outline)].sum(axis=0) == 0).all()
-
-
-@pytest.mark.parametrize("degrees", [0, 10, 22.5, 45, 70])
+@pytest.mark.parametrize("degrees", [0, 22.5, 70])
 def test_the_length_of_a_square_does_not_depend_on_its_turn(degrees):
     codes = freeman_chain(outer_outline(polygon(turned(SQUARE, degrees))))
     assert chain_length(codes) == pytest.approx(480, rel=0.03)
 
 
-@pytest.mark.parametrize("degrees", [0, 17, 45])
-@pytest.mark.parametrize("scale", [0.5, 1.0, 1.8])
+@pytest.mark.parametrize("degrees", [0, 17])
+@pytest.mark.parametrize("scale", [0.5, 1.8])
 def test_polygons_score_higher_than_discs_and_blots(degrees, scale):
     disc = np.zeros((400, 400), np.uint8)
     cv2.circle(disc, (200, 200), round(70 * scale), 255, cv2.FILLED)
@@ -51,11 +45,6 @@ def test_polygons_score_higher_than_discs_and_blots(degrees, scale):
     assert worst > 0.6
     assert worst > outline_shape(outer_outline(disc)).score + 0.1
     assert worst > outline_shape(outer_outline(blot)).score + 0.1
-
-
-def test_a_few_pixels_have_no_shape():
-    assert outline_shape(np.zeros((0, 2), np.int64)).score == 0.0
-    assert outline_shape(np.array([[3, 3]])).score == 0.0
 
 
 def test_pixels_that_are_not_neighbours_are_no_chain():

@@ -61,10 +61,3 @@ def test_the_epipolar_chi_square_has_one_degree_of_freedom(tour):
         np.zeros((1, 2, 2)),
     )
     assert off.mean() == pytest.approx(1.0, abs=0.1)
-
-
-def test_a_point_behind_a_camera_is_no_fit(tour):
-    projections = tuple(view.projection for view in tour.views)
-    behind = 2 * tour.views[0].pose.centre
-    observations = tuple(Observation(i, pixel(projections[i], behind), np.eye(2)) for i in (0, 2))
-    assert point_fit(observations, projections, behind) is None

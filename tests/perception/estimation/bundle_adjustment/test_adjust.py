@@ -77,27 +77,13 @@ def test_exact_poses_stay_and_their_points_are_at_the_bound() -> None:
     assert 0.5 < np.mean([nees(f.points, f.covs) for f in found]) < 1.5
 
 
-@pytest.mark.parametrize(
-    ("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (0.3, 0.005, 4e-4), (1.0, 0.01, 8e-4)]
-)
+@pytest.mark.parametrize(("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (1.0, 0.01, 8e-4)])
 @pytest.mark.slow
 def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, shape: float) -> None:
     # All points share the errors of the gauge, so that a run counts little more than one of them.
     found = [adjusted(seed, degrees, metres) for seed in range(12)]
     assert np.mean([shape_rms(f.points) for f in found]) < shape
     assert np.mean([nees(f.points, f.covs) for f in found]) < 1.5
-
-
-def test_the_size_of_the_poses_error_is_estimated_from_the_residuals() -> None:
-    small, large = adjusted(0, 0.1, 0.001), adjusted(0, 1.0, 0.01)
-    assert 5.0 < large.sizes.pose_sd / small.sizes.pose_sd < 20.0
-    assert large.sizes.extra_px < PIXEL_SD
-
-
-def test_the_residuals_of_adjusted_views_are_the_pixels_noise() -> None:
-    # Six observations a view are twelve numbers, of which its pose takes six.
-    expected = PIXEL_SD * np.sqrt(0.5)
-    assert np.median(adjusted(1, 0.3, 0.005).residual) == pytest.approx(expected, rel=0.3)
 
 
 def through(tracks: Tracks, radial: float) -> Tracks:
@@ -107,15 +93,15 @@ def through(tracks: Tracks, radial: float) -> Tracks:
     return replace(tracks, uv=tracks.uv + off * (radial * r2)[..., None])
 
 
-@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (1.0, 0.01)])
 @pytest.mark.slow
 def test_a_lens_as_stated_is_left_alone(degrees: float, metres: float) -> None:
     found = [adjusted(seed, degrees, metres) for seed in range(12)]
     assert not any(f.lens_errors for f in found)
 
 
-@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
-@pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.1, 0.0), (0.98, 0.0), (1.0, -0.1)])
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (1.0, 0.01)])
+@pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.0, -0.1)])
 @pytest.mark.slow
 def test_a_wrong_lens_is_found_whatever_the_poses(
     stated: float, radial: float, degrees: float, metres: float
@@ -192,14 +178,6 @@ def test_stated_errors_are_believed() -> None:
     assert nees(found.points, found.covs) < 3.0
 
 
-def test_errors_beyond_the_stated_ones_are_estimated_from_the_residuals() -> None:
-    views = off(ring(), 7, 0.3, 0.005)
-    errors = stated(views, 0.003, 0.00005, PoseErrorKind.INDEPENDENT)
-    found = adjust(tracks_of(ring(), 7), views, CORNERS, errors)
-    assert np.degrees(found.sizes.pose_sd) == pytest.approx(0.35, rel=0.5)
-    assert shape_rms(found.points) < 4e-4
-
-
 def test_a_chain_carries_the_error_of_a_pose_on() -> None:
     # All poses are off alike: odometry allows that, and no picture shows it.
     views = ring()
@@ -211,17 +189,6 @@ def test_a_chain_carries_the_error_of_a_pose_on() -> None:
     sds = np.sqrt(np.trace(found.covs, axis1=1, axis2=2) / 3)
     np.testing.assert_allclose(sds, 0.05, rtol=0.2)
     assert shape_rms(found.points) < 2e-4
-
-
-def test_poses_once_corrected_are_still_judged_by_those_stated() -> None:
-    # The gauge is that of the poses as stated, wherever the search begins.
-    views = off(ring(), 8, 0.1, 0.001)
-    errors = stated(views, 0.1, 0.001, PoseErrorKind.INDEPENDENT)
-    here = adjust(tracks_of(ring(), 8), views, CORNERS, errors)
-    shift = np.array([0.003, -0.002, 0.001])
-    begun = tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre + shift)) for v in views)
-    there = adjust(tracks_of(ring(), 8), begun, CORNERS + shift, errors)
-    np.testing.assert_allclose(there.points, here.points, atol=5e-5)
 
 
 def test_the_adjustment_is_the_minimum_that_a_general_solver_finds() -> None:
@@ -259,14 +226,6 @@ def test_wrong_matches_have_no_say() -> None:
     found = adjusted_points(tracks, off(views, 8, 0.3, 0.005))
     assert found.ok.all()
     assert shape_rms(found.points) < 5e-4
-
-
-def test_points_in_one_plane_are_adjusted_too() -> None:
-    flat = CORNERS * [1.0, 1.0, 0.0]
-    views = ring()
-    found = adjust(tracks_of(views, 9, flat), off(views, 9, 0.3, 0.005), flat)
-    assert np.abs(np.linalg.svd(found.points - found.points.mean(axis=0))[1][2]) < 0.002
-    assert np.isfinite(found.covs).all()
 
 
 def test_two_views_leave_finite_honest_covariances() -> None:

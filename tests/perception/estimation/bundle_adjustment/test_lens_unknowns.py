@@ -48,13 +48,6 @@ def test_derivatives_are_those_of_differences(focal: float, radial: float) -> No
         np.testing.assert_allclose(by_lens[..., axis], change, atol=1e-2)
 
 
-def test_views_of_one_camera_share_its_lens() -> None:
-    lenses = lenses_of(two_cameras())
-    assert lenses.count == 2
-    np.testing.assert_array_equal(lenses.of_views(np.array([1.0, 2.0])), [1, 2, 1, 2, 1, 2])
-    np.testing.assert_array_equal(lenses.of_cameras(np.arange(6.0)), [0 + 2 + 4, 1 + 3 + 5])
-
-
 def test_a_camera_of_two_views_has_no_unknowns() -> None:
     views = two_cameras(4)
     lone = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
-    alike,
     back_to_back,
     blocked,
     overlap,
@@ -22,13 +21,6 @@ def test_a_face_hides_what_lies_behind_it_and_not_its_own_plane() -> None:
     assert not blocked(SQUARE, UP, inside + 3.0 * UP, centres, 0.1).any()
 
 
-def test_what_passes_beside_a_face_or_close_to_its_rim_goes_free() -> None:
-    centres = np.array([[9.95, 5.0, 30.0]])
-    under = np.array([[9.95, 5.0, -3.0]])
-    assert not blocked(SQUARE, UP, under, centres, 0.1).any()
-    assert blocked(SQUARE, UP, under, centres, 0.01).all()
-
-
 @pytest.mark.parametrize(
     ("move", "both"),
     [([0, 0, 0], False), ([9.5, 0, 0], True), ([5, 0, 0], False), ([5, 0, 2], True)],
@@ -43,12 +35,6 @@ def test_a_small_face_on_a_large_one_is_an_overlap_and_a_steep_one_is_none() -> 
     assert overlap(small, UP, SQUARE, UP, 1.0)
     steep = small[:, [2, 1, 0]] + np.array([5.0, 0.0, 0.0])
     assert not overlap(steep, np.array([1.0, 0.0, 0.0]), SQUARE, UP, 1.0)
-
-
-def test_an_outline_with_a_notch_is_like_the_one_without_and_half_of_it_is_not() -> None:
-    notched = np.insert(SQUARE, 1, [[4.0, 0, 0], [5.0, 2, 0], [6.0, 0, 0]], axis=0)
-    assert alike(notched, SQUARE, UP)
-    assert not alike(SQUARE * [0.5, 1, 1], SQUARE, UP)
 
 
 @pytest.mark.parametrize(("above", "both"), [(-0.9, True), (0.0, True), (0.9, False)])

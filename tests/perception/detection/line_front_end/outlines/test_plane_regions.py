@@ -54,26 +54,6 @@ def test_a_face_of_which_few_lines_are_known_is_a_region_all_the_same(kept: list
     assert best(rig, lines) > (0.9 if len(kept) > 1 else 0.0)
 
 
-def test_outlines_run_counter_clockwise_seen_from_their_side() -> None:
-    rig = block_rig()
-    top, normal = rig.top
-    lines = lines_of(top)
-    for side in (1.0, -1.0):
-        for corners, _ in finder(rig, lines).outlines(
-            plane_of(rig, lines), lines, side, rig.untaken
-        ):
-            newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-            assert side * (newell @ normal) > 0
-            np.testing.assert_allclose(corners @ normal, top[0] @ normal, atol=1e-6)
-
-
-def test_no_region_is_on_pixels_that_show_another_face() -> None:
-    rig = block_rig()
-    lines = lines_of(rig.top[0])
-    taken = [np.ones(v.image.shape, np.uint8) for v in rig.views]
-    assert not list(finder(rig, lines).outlines(plane_of(rig, lines), lines, 1.0, taken))
-
-
 def test_no_view_looks_at_a_plane_from_below_the_floor() -> None:
     rig = block_rig()
     lines = lines_of(rig.top[0]) - 20.0 * UP

@@ -1,7 +1,5 @@
 """Which plane is the ground."""
 
-from dataclasses import replace
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -65,17 +63,6 @@ def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> No
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
-def test_two_sides_of_a_foot_give_the_ground_though_an_upright_is_followed_below_it() -> None:
-    # Two lines that meet make no plane of their own.
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0.001]]])
-    upright = np.array([[[0.4, -0.4, -0.1], [0.4, -0.4, 0.7]]])
-    lines = cloud(grid(0.7, 0.4), foot, upright)
-    score = np.array([10.0] * 10 + [20.0, 20.0, 30.0])
-    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
-    assert ground is not None
-    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
-
-
 def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     legs = np.array([[[x, 0.0, 0.0], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
     lines = cloud(grid(0.7, 0.4), legs)
@@ -85,47 +72,13 @@ def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
 
 
-def test_a_chance_line_below_few_lines_is_not_the_ground() -> None:
-    # Of few lines one is more than a few per cent; two sides of a foot are more than one line.
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
-    chance = np.array([[[-0.3, 0.5, -0.3], [0.2, 0.6, -0.3]]])
-    lines = cloud(grid(0.7, 0.4), foot, chance)
-    score = np.array([7.0] * 10 + [10.0, 10.0, 4.0])
-    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
-    assert ground is not None
-    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
-
-
-def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
-    chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
-    lines = cloud(grid(0.7, 0.4), foot, chance)
-    score = np.array([50.0] * (len(lines.segments) - 1) + [5.0])
-    for known in (planes(lines), ()):
-        ground = find_ground(known, lines, score, VIEWS, DISTANCE, UP)
-        assert ground is not None
-        np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
-
-
 def test_where_up_is_not_known_and_everything_is_above_no_plane_there_is_no_ground() -> None:
     lines = cloud(grid(0.7, 0.4), np.array([[[0.4, 0.4, 0.7], [0.4, 0.4, 0.0]]] * 3))
     assert find_ground((), lines, equal(lines), VIEWS, DISTANCE, None) is None
     assert find_ground(planes(lines), lines, equal(lines), VIEWS, DISTANCE, None) is None
 
 
-def test_no_segments_have_no_ground() -> None:
-    nothing = replace(cloud(grid(0.0, 1.0)), segments=np.zeros((0, 2, 3)))
-    assert find_ground((), nothing, equal(nothing), VIEWS, DISTANCE, UP) is None
-
-
 LEVEL = Ground(UP, 0.0, 0.05, np.array([[0.0, -3.0, 2.0], [3.0, 0.0, 2.0]]), 3.6)
-
-
-def test_far_away_a_point_is_on_the_ground_as_well_as_its_depth_is_known() -> None:
-    near, far = np.array([[0.0, 0.0, 0.1]]), np.array([[-20.0, 20.0, 0.1]])
-    assert not LEVEL.holds(near).any()
-    assert LEVEL.holds(far).all()
-    assert not LEVEL.holds(far + 10 * UP).any()
 
 
 @given(st.floats(-0.5, 1.5), st.floats(0.0, 6.3))
@@ -143,13 +96,6 @@ def test_what_lies_below_the_ground_is_cut_off(height: float, turn: float) -> No
     np.testing.assert_allclose(area, left, atol=1e-9)
 
 
-def test_rays_meet_the_ground_behind_what_stands_on_it_and_not_above_the_horizon() -> None:
-    eye = np.array([0.0, -2.0, 1.0])
-    points, meets = LEVEL.behind(eye, np.array([[0.0, -1.0, 0.5], [0.0, -1.0, 1.0], [0.0, 0, 3.0]]))
-    assert meets.tolist() == [True, False, False]
-    np.testing.assert_allclose(points[0], [0.0, 0.0, 0.0], atol=1e-12)
-
-
 @given(st.floats(0.2, 3.0), st.floats(0.0, 6.3), st.floats(-1.0, 1.0))
 def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean: float) -> None:
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
@@ -162,9 +108,3 @@ def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean
     np.testing.assert_allclose((ring - side[0]) @ out, 0.0, atol=1e-9)
     np.testing.assert_allclose((ring[3] - ring[0]) @ along, 0.0, atol=1e-9)
     np.testing.assert_allclose((ring[2] - ring[1]) @ along, 0.0, atol=1e-9)
-
-
-def test_nothing_goes_down_from_a_level_plane_or_from_the_ground() -> None:
-    side = np.array([[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]])
-    assert len(LEVEL.down_from(side, UP)) == 0
-    assert len(LEVEL.down_from(side - 0.48 * UP, np.array([0.0, 1.0, 0.0]))) == 0

@@ -3,12 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     choose_planes,
     plane_cov,
-    same_plane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
@@ -61,18 +59,6 @@ def test_planes_through_the_same_lines_score_less_and_less() -> None:
     np.testing.assert_allclose([c.bound for c in chosen], 105.0)
 
 
-def test_lines_on_the_ground_do_not_count() -> None:
-    low = SQUARE - UP
-    ground = Ground(UP, 0.0, 6 * PIXEL, np.array([[0.0, -3.0, 2.0]]), 3.0)
-    score = np.full(4, 50.0)
-    assert len(choose_planes((level(1.0, 4),), cloud(SQUARE), score, ground, surface, 16.0)) == 1
-    assert choose_planes((level(0.0, 4),), cloud(low), score, ground, surface, 16.0) == ()
-
-
-def test_no_planes_are_none() -> None:
-    assert choose_planes((), cloud(SQUARE), np.ones(4), None, surface, 1.0) == ()
-
-
 def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
     def from_above_at_two(plane: PlaneHypothesis) -> NDArray[np.bool_]:
         return np.array([[True, True, False, False], [False] * 4])
@@ -109,11 +95,3 @@ def test_corners_near_together_share_the_error_of_a_plane() -> None:
     across = np.sqrt(cov[0, 0] + cov[2, 2] - 2 * cov[0, 2])
     assert (sds > 0.3 * PIXEL).all()
     assert across < 1.01 * slope * 0.1 < 0.2 * sds.min()
-
-
-def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
-    one = level(1.0, 4)
-    steep = PlaneHypothesis(np.array([1.0, 0.0, 0.0]), 0.0, np.arange(4))
-    others = [level(1.0 + PIXEL, 4), level(1.0 + 5 * PIXEL, 4), steep]
-    assert same_plane(one, CORNERS, others, PIXEL).tolist() == [True, False, False]
-    assert not len(same_plane(one, CORNERS, [], PIXEL))

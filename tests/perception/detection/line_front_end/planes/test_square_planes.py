@@ -5,7 +5,6 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
-    is_square,
     seen_on_plane,
     square_normals,
 )
@@ -32,22 +31,6 @@ def test_what_two_known_faces_bind_comes_first() -> None:
     np.testing.assert_allclose(both, -EAST, atol=1e-12)
     assert one @ UP == pytest.approx(0.0)
     assert one @ NORTH > 0.05
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_an_almost_level_normal_becomes_the_grounds_on_its_own_side(sign: float) -> None:
-    first, *_ = square_normals(sign * tilted(UP, EAST, 7.0), [UP, EAST])
-    np.testing.assert_allclose(first, sign * UP, atol=1e-12)
-
-
-def test_what_is_square_to_half_a_degree_is_square() -> None:
-    assert is_square(tilted(EAST, UP, 0.4), EAST)
-    assert not is_square(tilted(EAST, UP, 0.6), EAST)
-
-
-def test_a_slope_is_left_alone() -> None:
-    assert list(square_normals(tilted(UP, EAST, 40.0), [UP, tilted(EAST, NORTH, 30.0)])) == []
-    assert list(square_normals(UP, [])) == []
 
 
 def test_an_outline_looks_the_same_on_the_turned_plane_through_its_lines() -> None:

@@ -34,14 +34,3 @@ def test_neither_an_even_picture_nor_its_noise_has_corners() -> None:
     noise = np.random.default_rng(0).normal(0, 5, view.image.shape)
     for image in (np.full_like(view.image, 90), np.rint(90 + noise).astype(np.uint8)):
         assert not len(features(rig, replace(view, image=image)).uv)
-
-
-def test_a_straight_edge_has_no_corners() -> None:
-    rig = printed_rig()
-    image = np.full_like(rig.views[0].image, 60)
-    image[:, 200:] = 180
-    assert not len(features(rig, replace(rig.views[0], image=image)).uv)
-
-
-def test_the_common_direction_of_a_level_ring_is_up_or_down() -> None:
-    assert abs(common_direction(printed_rig(12, 360.0).views)[2]) > 0.999

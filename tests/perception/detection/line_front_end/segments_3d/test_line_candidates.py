@@ -44,17 +44,6 @@ def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray)
     np.testing.assert_allclose(found[0], segment, atol=1e-6)
 
 
-@settings(max_examples=30)
-@given(POINT, POINT)
-def test_the_direction_of_a_2d_segment_does_not_matter(start: FloatArray, end: FloatArray) -> None:
-    segment = np.array([start, end])
-    if np.linalg.norm(end - start) < 0.1 or plane_sine(segment) < 0.05:
-        return
-    backwards = seen(RIGHT, segment[::-1])
-    found, _ = candidate_segments(LEFT, seen(LEFT, segment), RIGHT, backwards)
-    np.testing.assert_allclose(found[0], segment, atol=1e-6)
-
-
 def test_parts_seen_in_one_view_each_are_joined() -> None:
     start, end = np.array([-0.5, 0.2, -0.9]), np.array([0.4, 0.1, 0.8])
 
@@ -84,35 +73,3 @@ def test_a_segment_in_the_epipolar_plane_has_no_depth() -> None:
     )
     assert found.shape == (0, 2, 3)
     assert made_of.shape == (0, 2)
-
-
-def test_what_would_lie_behind_the_cameras_is_left_out() -> None:
-    upright = np.array([[100.0, 60.0, 100.0, 160.0]])
-    moved_wrong_way = upright + np.array([30.0, 0.0, 30.0, 0.0])
-    assert not len(candidate_segments(view(), upright, BESIDE, moved_wrong_way)[0])
-    assert len(candidate_segments(view(), moved_wrong_way, BESIDE, upright)[0]) == 1
-
-
-def test_parallel_planes_do_not_meet() -> None:
-    upright = np.array([[100.0, 60.0, 100.0, 160.0]])
-    assert not len(candidate_segments(view(), upright, BESIDE, upright)[0])
-
-
-def test_every_pair_is_tested() -> None:
-    rng = np.random.default_rng(0)
-    segments = rng.uniform(-1, 1, (6, 2, 3))
-    left = np.concatenate([seen(LEFT, s) for s in segments])
-    right = np.concatenate([seen(RIGHT, s) for s in segments[::-1]])
-    found, made_of = candidate_segments(LEFT, left, RIGHT, right)
-    for k, segment in enumerate(segments):
-        (place,) = np.nonzero((made_of == [k, 5 - k]).all(axis=1))
-        assert len(place) == 1
-        np.testing.assert_allclose(found[place[0]], segment, atol=1e-6)
-
-
-def test_no_segments_give_no_candidates() -> None:
-    none, one = np.zeros((0, 4)), np.array([[1.0, 2.0, 50.0, 60.0]])
-    for first, second in ((none, one), (one, none), (none, none)):
-        found, made_of = candidate_segments(LEFT, first, RIGHT, second)
-        assert found.shape == (0, 2, 3)
-        assert made_of.shape == (0, 2)

@@ -13,7 +13,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     line_profiles,
 )
 from tests.perception.detection.line_front_end.block_rig import block_rig
-from tests.perception.detection.line_front_end.ideal_lines import exact_profiles
 
 LINE = np.array([0])
 PLACE = st.floats(-1.5, 2.5)
@@ -26,28 +25,8 @@ def profile(covered) -> LineProfiles:
     return LineProfiles(np.zeros((1, 3)), np.eye(3)[:1], np.array([-1.0]), step, cumulated)
 
 
-def step_profile() -> LineProfiles:
-    place = -1.0 + (np.arange(SAMPLES) + 0.5) * 3.0 / SAMPLES
-    return profile(((place > 0) & (place < 1)).astype(float))
-
-
 def mean(profiles: LineProfiles, start: float, end: float) -> float:
     return float(profiles.mean(LINE, np.array([start]), np.array([end]))[0])
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "expected"),
-    [(0, 1, 1), (0.2, 0.7, 1), (-1, 0, 0), (1, 2, 0), (-0.5, 1.5, 0.5), (0.5, 1.5, 0.5)],
-)
-def test_the_mean_is_that_of_the_part(start: float, end: float, expected: float) -> None:
-    assert mean(step_profile(), start, end) == pytest.approx(expected, abs=1e-9)
-
-
-def test_beyond_the_profile_nothing_is_covered() -> None:
-    everywhere = profile(np.ones(SAMPLES))
-    assert mean(everywhere, -1, 2) == pytest.approx(1.0)
-    assert mean(everywhere, 1, 5) == pytest.approx(0.25)
-    assert mean(everywhere, 7, 9) == 0.0
 
 
 @given(st.integers(0, 1000), PLACE, PLACE, PLACE)
@@ -76,43 +55,6 @@ def test_the_edges_of_a_block_are_covered_to_their_ends_and_not_beyond() -> None
     np.testing.assert_allclose(
         profiles.origin + length[:, None] * profiles.direction, rig.edges[:, 1], atol=1e-9
     )
-
-
-def test_a_short_piece_of_an_edge_is_extended_to_all_of_the_edge() -> None:
-    rig = block_rig()
-    a, b = rig.edges[:, 0], rig.edges[:, 1]
-    pieces = np.stack([a + 0.3 * (b - a), a + 0.7 * (b - a)], axis=1)
-    profiles = line_profiles(pieces, rig.views, rig.maps, rig.shown_edges, np.ones(len(rig.views)))
-    lines = np.arange(len(pieces))
-    whole = np.linalg.norm(b - a, axis=1)
-    assert profiles.mean(lines, -0.3 * whole, 0.7 * whole).min() > 0.9
-
-
-def test_a_line_that_no_view_shows_is_not_covered() -> None:
-    rig = block_rig()
-    profiles = line_profiles(
-        rig.edges,
-        rig.views,
-        rig.maps,
-        np.zeros_like(rig.shown_edges),
-        np.ones(len(rig.views)),
-    )
-    assert not profiles.cumulated.any()
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.0, 1.0), (0.4, 0.9)])
-def test_a_piece_grows_to_where_its_edge_ends(low: float, high: float) -> None:
-    rig = block_rig()
-    a, b = rig.edges[:, 0], rig.edges[:, 1]
-    whole = exact_profiles(rig.edges)
-    # The profile of the whole edge, told from the piece's own beginning.
-    pieces = np.stack([a + low * (b - a), a + high * (b - a)], axis=1)
-    length = np.linalg.norm(b - a, axis=1)
-    profiles = type(whole)(
-        pieces[:, 0], whole.direction, whole.begin - low * length, whole.step, whole.cumulated
-    )
-    extents = covered_extents(pieces, profiles)
-    assert np.abs(extents - rig.edges).max() < 0.1 * length.max()
 
 
 def test_where_half_of_the_views_see_a_line_rounding_does_not_end_it() -> None:

@@ -57,32 +57,16 @@ def test_right_views_do_not_contradict_each_other() -> None:
     assert judged(RIG.views) == ()
 
 
-@pytest.mark.parametrize("k", [0, 4, 9])
-@pytest.mark.parametrize("degrees", [3.0, 20.0, 180.0])
+@pytest.mark.parametrize(("k", "degrees"), [(0, 3.0), (9, 180.0)])
 def test_a_gross_pose_is_found_with_what_little_it_explains(k: int, degrees: float) -> None:
     (wrong,) = judged(with_view(k, turned(RIG.views[k], degrees)))
     assert wrong.view == k
     assert wrong.explained < 0.3 < 0.7 < wrong.usual
 
 
-@pytest.mark.parametrize("k", [0, 4, 9])
-def test_a_gross_pose_is_found_where_pictures_show_few_edges(k: int) -> None:
-    views = with_view(k, turned(RIG.views[k], 20.0))
-    assert [wrong.view for wrong in judged(views, most=5)] == [k]
-    assert judged(RIG.views, most=5) == ()
-
-
-def test_one_edge_alone_judges_no_view() -> None:
-    assert judged(with_view(4, turned(RIG.views[4], 20.0)), most=1) == ()
-
-
 def test_the_picture_of_another_pose_is_found() -> None:
     (wrong,) = judged(with_view(2, replace(RIG.views[2], image=RIG.views[6].image)))
     assert wrong.view == 2
-
-
-def test_a_hair_of_a_turn_is_no_contradiction() -> None:
-    assert judged(with_view(3, turned(RIG.views[3], 0.05))) == ()
 
 
 def test_a_right_view_with_many_edges_of_its_own_is_no_contradiction() -> None:
@@ -92,23 +76,9 @@ def test_a_right_view_with_many_edges_of_its_own_is_no_contradiction() -> None:
     assert judged(with_view(3, replace(RIG.views[3], image=image))) == ()
 
 
-def test_a_picture_without_edges_is_not_judged() -> None:
-    empty = replace(RIG.views[5], image=np.full_like(RIG.views[5].image, 90))
-    assert judged(with_view(5, empty)) == ()
-
-
 def test_of_a_few_views_none_is_called_wrong() -> None:
     views = with_view(1, turned(RIG.views[1], 20.0))[:5]
     assert judged(views) == ()
-
-
-def test_without_segments_in_space_none_is_called_wrong() -> None:
-    found = [detect_segments(v.image) for v in RIG.views]
-    none = np.zeros((0, len(RIG.views)), np.bool_)
-    maps = [edge_map(v.image) for v in RIG.views]
-    lines = np.zeros((0, 2, 3))
-    weight = np.ones(len(RIG.views))
-    assert contradicting_views(lines, none, weight, RIG.views, maps, found, lambda _: lines) == ()
 
 
 def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
@@ -144,8 +114,6 @@ def foreign_picture(kind: str, shape: tuple[int, int]) -> Image:
     if kind == "chair":
         (view,) = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:1]
         image = cv2.resize(view.image, shape[::-1])
-    elif kind == "checkers":
-        image[(np.indices(shape) // 24).sum(axis=0) % 2 == 1] = 30
     else:
         for _ in range(40):
             ring = rng.integers(0, shape[::-1], (4, 2)).astype(np.int32)
@@ -172,7 +140,7 @@ def named(pictures: Pictures) -> list[int]:
     return [wrong.view for wrong in found]
 
 
-@pytest.mark.parametrize("kind", ["chair", "checkers", "polygons"])
+@pytest.mark.parametrize("kind", ["chair", "polygons"])
 @pytest.mark.slow
 def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     tour: Pictures, kind: str
@@ -183,16 +151,6 @@ def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     other = prepared_pictures([replace(tour.views[k], image=image)], StepClock())
     kept = [j for j in range(len(tour.views)) if j != k]
     assert named(tour.select(kept).extended_by(other)) == [len(kept)]
-
-
-@pytest.mark.parametrize("kind", ["chair", "polygons"])
-@pytest.mark.slow
-def test_one_foreign_picture_of_six_is_named(tour: Pictures, kind: str) -> None:
-    six = tour.select([0, 2, 3, 5, 7, 8])
-    assert named(six) == []
-    image = foreign_picture(kind, six.views[0].image.shape)
-    other = prepared_pictures([replace(six.views[0], image=image)], StepClock())
-    assert named(six.select(range(1, 6)).extended_by(other)) == [5]
 
 
 @pytest.mark.slow
