@@ -7,12 +7,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_pictures
-from facetlog.perception.detection.gradients import GRADIENT_NOISE, Gradient, gradient
+from facetlog.perception.detection.coarse_pictures import (
+    GRADIENT_NOISE,
+    CoarsePicture,
+    Gradient,
+    coarse_pictures,
+    gradient,
+)
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
-
-__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map"]
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16

@@ -1,11 +1,17 @@
-"""Unusable pictures: black, saturated, of one grey level, tiny, blurred.
+"""Unusable pictures: black, saturated, of one grey level, tiny, blurred, or given twice.
 
 A picture without contrast is recognised by itself. Blur is measured at the strongest edges, whose
 gradient falls by less than a sharp edge's when the picture is smoothed once more. A few pictures
 more blurred than the others are left out; where most are blurred, all are kept.
+
+Of duplicate pictures with different poses at most one can be right: noise makes any two photographs
+differ. Pictures rendered without noise may be equal where the thing looks the same from several
+sides, so they are named, and all stay.
 """
 
+import hashlib
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -16,8 +22,6 @@ from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.first_names import named
 from facetlog.perception.reading.picture_file import LEAST_SIDE_PX
 from facetlog.perception.types import FloatArray, Image, View
-
-__all__ = ["blur_px", "nothing_shown", "usable_views"]
 
 DARK, BRIGHT = 40.0, 215.0
 """Grey levels of an empty picture, below which it is called black and above which saturated."""
@@ -151,4 +155,32 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
     return (
         f"{which} {kind} ({named([views[k].name for k in empty])}): "
         "check the files, exposure and lens cap"
+    )
+
+
+def same_pictures(views: Sequence[View]) -> tuple[str, ...]:
+    """A warning for each picture that several views with different poses have, pixel by pixel.
+
+    The same picture at the same pose is no fault: together such views count as one.
+    """
+    alike: dict[tuple[tuple[int, ...], bytes], list[View]] = {}
+    for view in views:
+        pixels = hashlib.sha256(view.image.tobytes()).digest()
+        alike.setdefault((view.image.shape, pixels), []).append(view)
+    return tuple(
+        f"{_which(same, len(views))}: one and the same picture at different poses; "
+        "give each pose its own, unless the thing looks the same from there"
+        for same in alike.values()
+        if any(not _same_pose(a, b) for a, b in pairwise(same))
+    )
+
+
+def _which(same: Sequence[View], of: int) -> str:
+    names = named([view.name for view in same])
+    return f"all {of} pictures ({names})" if len(same) == of else names
+
+
+def _same_pose(a: View, b: View) -> bool:
+    return np.array_equal(a.pose.rotation, b.pose.rotation) and np.array_equal(
+        a.pose.centre, b.pose.centre
     )

@@ -7,8 +7,6 @@ import numpy as np
 
 from facetlog.perception.types import Image
 
-__all__ = ["MIN_NOISE_SD", "Noise", "noise_sd", "working_noise"]
-
 # A picture without noise (rendered, saturated) still has rounding, whose single steps are no edges.
 MIN_NOISE_SD = 1.5
 

@@ -10,8 +10,6 @@ from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["detect_segments"]
-
 # Shorter segments have no usable direction; as a share of the picture's diagonal.
 MIN_LENGTH = 0.025
 # LSD's `quant`, the error of a grey level that its gradient threshold allows for, over the noise:

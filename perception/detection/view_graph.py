@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from facetlog.perception.ties import TIE, farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["ViewGraph", "view_graph", "view_motion"]
-
 # Two views count as two only as far as the picture of the object moved between them, px: with less
 # motion any candidate looks consistent.
 DISTINCT_PX = 6.0

@@ -13,8 +13,6 @@ import numpy as np
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Track, View
 
-__all__ = ["at_working_size", "in_own_pixels", "working_noises"]
-
 # The distances in pixels of this front end suit pictures with a diagonal of 600 px and more. The
 # cube of 100 px in 640 x 480 is lost at half that size and found again when it is doubled.
 MIN_DIAGONAL_PX = 600.0

@@ -17,20 +17,6 @@ from numpy.typing import ArrayLike
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Linearised",
-    "Measurement",
-    "Run",
-    "State",
-    "innovation_chi2",
-    "largest_sd",
-    "linearise",
-    "recursion",
-    "run",
-    "step",
-    "step_all",
-]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class State:

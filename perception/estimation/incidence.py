@@ -27,21 +27,6 @@ from facetlog.perception.estimation.ekf import (
 )
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "GATE",
-    "MAX_HELD",
-    "MAX_SLOPE",
-    "SURE_SD",
-    "Incidence",
-    "as_printed",
-    "converted",
-    "held_start",
-    "most_likely",
-    "solved",
-    "updated",
-    "updated_one",
-]
-
 T = TypeVar("T")
 
 # The passes end when none moves a state by more than this (unit: its own standard deviation).

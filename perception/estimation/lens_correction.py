@@ -9,8 +9,6 @@ from facetlog.perception.first_names import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 
-__all__ = ["combined", "corrected", "lens_warnings"]
-
 WELL_KNOWN = 0.01
 """Relative standard deviation of a focal length above which the warning says that lengths are as
 uncertain."""

@@ -25,19 +25,6 @@ from facetlog.perception.estimation.incidence import Incidence, as_printed, most
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Chart",
-    "NoPlane",
-    "PlaneFailure",
-    "PlaneFit",
-    "best_chart",
-    "chart_from_plane",
-    "fit_plane",
-    "plain_plane_recursion",
-    "plane_from_chart",
-    "with_common_errors",
-]
-
 # Rounding of coordinates, as a share of the points' spread: the least standard deviation of a
 # point, so that exact points (of a mesh) have a plane too.
 LEAST_SD = 1e-9

@@ -33,18 +33,6 @@ from facetlog.perception.estimation.point_views import BoolArray, Cameras, Index
 from facetlog.perception.estimation.symmetric_matrices import unpacked
 from facetlog.perception.types import FloatArray, Observation
 
-__all__ = [
-    "NoPoint",
-    "PointEstimate",
-    "PointFailure",
-    "estimate_point",
-    "estimate_points",
-    "pixel_incidence",
-    "pixel_measurement",
-    "plain_recursion",
-    "ray_measurement",
-]
-
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
 # camera might as well be at infinity: infinity is then within 3 sd of its inverse depth.
 MAX_RELATIVE_SD = 1.0 / 3.0

@@ -17,16 +17,6 @@ from facetlog.perception.estimation.point_views import Cameras
 from facetlog.perception.estimation.symmetric_matrices import inverses, quadratic, solutions
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "DIAGONAL",
-    "START_SD",
-    "Fit",
-    "fit_points",
-    "innovation_chi2",
-    "linear_start",
-    "view_chi2",
-]
-
 # Standard deviation of the fresh S0, in distances from the cameras to the point: "a large S0". At
 # the most uncertain depth that is accepted it adds 1e-5 of the information; a larger one would cost
 # the recursion more digits by cancellation than that.

@@ -12,8 +12,6 @@ from facetlog.perception.estimation.incidence import GATE, MAX_HELD, SURE_SD, up
 from facetlog.perception.estimation.point_filter import estimate_points, pixel_incidence
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointFilters", "updated_by_view"]
-
 BoolArray = NDArray[np.bool_]
 
 

@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BoolArray", "Cameras", "IndexArray", "Sightings"]
-
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
 

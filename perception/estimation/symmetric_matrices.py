@@ -8,8 +8,6 @@ import numpy as np
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["inverses", "quadratic", "solutions", "unpacked"]
-
 # Pivots are at least this share of the trace: parallel rays leave the last of them at rounding.
 LEAST_PIVOT = 1e-13
 # Pivots of a matrix of zeros; its reciprocal may still be squared.

@@ -21,8 +21,6 @@ from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
-from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
 from facetlog.perception.online.key_views import KeyViews
 from facetlog.perception.online.loose_lines import with_loose_lines
@@ -216,7 +214,7 @@ class OnlineScene:
         if key.looked is None:
             return ""
         try:
-            tracked = tracked_faces(key.looked, self._up, clock, aligned_views, triangulated)
+            tracked = tracked_faces(key.looked, self._up, clock)
         except InconsistentViewsError as exc:
             return str(exc)
         finally:

@@ -23,8 +23,6 @@ from facetlog.perception.detection.block_front_end.triangulation import (
 )
 from facetlog.perception.types import FloatArray, Observation, PositionLabel, Track, View
 
-__all__ = ["POSE_SD_PX", "track_vertices"]
-
 # Effect of a pose's error in the picture, px. Odometry is worse, a calibrated rig better.
 POSE_SD_PX = 0.5
 # Gates: a true pair or observation is rejected once in a thousand times.

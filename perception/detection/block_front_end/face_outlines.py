@@ -14,8 +14,6 @@ from facetlog.perception.detection.block_front_end.plane_regions import PlaneReg
 from facetlog.perception.detection.block_front_end.triangulation import linear_points, point_fit
 from facetlog.perception.types import FloatArray, Image, Track, View
 
-__all__ = ["face_outlines", "track_points"]
-
 # A vertex borders the regions within this distance of it, px: the blurred rim between two faces
 # is some 3 px wide, and junctions of three of them twice that.
 BORDER_PX = 6

@@ -8,18 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.detection.block_front_end.contours import edge_pixels, trace_chains
 from facetlog.perception.detection.block_front_end.edge_lines import (
     SLOPE_CHANGE,
     EdgeLine,
+    edge_pixels,
     extended_line,
     fit_edge_line,
     straight_pieces,
+    trace_chains,
 )
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
-
-__all__ = ["ImageVertex", "find_edge_lines", "find_vertices", "merged_lines"]
 
 # Edges shorter than this share of the root of the region's area are no sides of the object (a
 # block's shortest visible side is a third of its size at worst), nor shorter than LEAST_EDGE_PX:

@@ -12,8 +12,6 @@ from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
 from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
 
-__all__ = ["with_junctions"]
-
 
 def with_junctions(
     labelled: tuple[LabelledVertex, ...], lines: tuple[EdgeLine, ...], quarters: int | None

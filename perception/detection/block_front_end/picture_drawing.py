@@ -9,8 +9,6 @@ from facetlog.perception.detection.block_front_end.image_vertices import ImageVe
 from facetlog.perception.line_drawing import LineDrawing
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PASSING_SHARE", "leaving", "picture_drawing"]
-
 # A line that passes a vertex by more than this share of its length on both sides ends elsewhere.
 PASSING_SHARE = 0.2
 

@@ -17,8 +17,6 @@ from scipy.signal import find_peaks
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["PlaneRegions", "grey_thresholds", "neighbourhood_mean", "plane_regions"]
-
 # A peak of the histogram rises above the valleys beside it by this share of its own height;
 # smoothing at the noise of the averages leaves far less of a chance ripple.
 PEAK_PROMINENCE = 0.15

@@ -10,8 +10,6 @@ import numpy as np
 
 from facetlog.perception.types import FloatArray, Observation
 
-__all__ = ["PointFit", "epipolar_chi_square", "fundamental_matrix", "linear_points", "point_fit"]
-
 GAUSS_NEWTON_STEPS = 6
 
 

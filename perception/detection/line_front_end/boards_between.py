@@ -51,8 +51,6 @@ from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BoardSearch", "Sight"]
-
 # Less than one in a thousand scenes may show edges so by chance.
 CHANCE_PENALTY = float(np.log(1000.0))
 # A true side is too faint in every second view: what is lit and what is in the shade differ from

@@ -29,8 +29,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_PENALTY", "Candidate", "Judge", "penalty", "simplest", "square", "tidy"]
-
 # Each side is chosen among some twenty, a moved one also among its moves, on one of up to a
 # thousand planes: the log-likelihood ratio of the sides must exceed what the best of so many
 # choices has by chance, by so much more that chance makes less than one face in a thousand scenes.

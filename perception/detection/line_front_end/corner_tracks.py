@@ -15,15 +15,6 @@ from facetlog.perception.detection.tracked_faces import Completion
 from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
-__all__ = [
-    "Corners",
-    "completed_corners",
-    "merge_corners",
-    "outlined_tracks",
-    "track_corners",
-    "track_ends",
-]
-
 # Corners of two faces that touch are one vertex within this share of a side that ends there, and
 # within so many px of either's plane.
 MERGE_SHARE = 0.25

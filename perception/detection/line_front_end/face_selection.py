@@ -74,8 +74,6 @@ from facetlog.perception.detection.line_front_end.taken_pixels import take_pixel
 from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["select_faces"]
-
 # Least coverage of the sides of a face when it is as plain as may be.
 MIN_FINAL = 0.75
 # Smaller faces (root of the area, px) are below what edges can bound.

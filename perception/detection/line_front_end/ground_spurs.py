@@ -21,8 +21,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["without_spurs"]
-
 # Sides of a cell, px, in which an outline is looked over: edges reach 2 px to either side.
 CELL_PX = 4.0
 # A place is ground at odds of 20 to 1, unless the face is likelier by as much.

@@ -48,8 +48,6 @@ from facetlog.perception.polygons import find_difference, find_intersection, mak
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["HoleFinder", "differs_more"]
-
 # A place is not surface at odds of 20 to 1.
 MIN_RATIO = float(np.log(20.0))
 # How often views disagree elsewhere on the face settles in few steps.

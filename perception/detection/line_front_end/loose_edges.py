@@ -24,8 +24,6 @@ from facetlog.perception.detection.line_front_end.selected_face import SelectedF
 from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["find_loose_edges"]
-
 # A segment this near to a face, in px, lies on it: texture, or the face's own border.
 ON_FACE_PX = 6.0
 # Samples along an edge that the views must see.

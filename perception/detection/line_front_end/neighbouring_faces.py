@@ -37,8 +37,6 @@ from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["neighbouring_faces"]
-
 # Faces seen in three or more distinct views were decided before.
 JUDGED_WEIGHT = 3.0
 # Three sides propose the fourth: with so many of them on found faces an unseen face is implied.

@@ -21,8 +21,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_refine import
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, Image, View
 
-__all__ = ["SideFits", "fit_sides"]
-
 # Readings along a side; the ends are left out, where other edges interfere.
 SAMPLES = 32
 CLEAR_OF_ENDS = 0.05

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["take_pixels"]
-
 # Pixels at a face's rim belong to its neighbours too: half this width, px. A gap between two faces
 # belongs to both.
 RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)

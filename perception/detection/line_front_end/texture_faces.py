@@ -48,8 +48,6 @@ from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["texture_faces"]
-
 # A patch is as broad as two of the pieces that are correlated, or it is one piece alone.
 MIN_AREA_PX = (2 * PIECE_PX) ** 2
 # Anything shorter than half a piece, px, is no side: the points end anywhere.

@@ -17,8 +17,6 @@ from facetlog.perception.detection.line_front_end.selected_face import SelectedF
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.types import FloatArray
 
-__all__ = ["with_boards"]
-
 
 def with_boards(
     faces: Sequence[SelectedFace],

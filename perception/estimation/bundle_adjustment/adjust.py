@@ -35,8 +35,6 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
 from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior, prior_of
 from facetlog.perception.types import FloatArray, LensError, Pose, PoseErrors, View
 
-__all__ = ["Adjusted", "adjust"]
-
 MAX_STEPS = 30
 CONVERGED = 0.1
 """Convergence: a step that lowers the sum of squares by less ends the iteration, for the next one

@@ -22,8 +22,6 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
 from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior
 from facetlog.perception.types import FloatArray
 
-__all__ = ["EXACT", "LEAST_PX", "LENS_SD", "Sizes", "likely_sizes"]
-
 MOST_VIEWS = 24
 """Views from which the sizes are estimated: each trial costs their number cubed."""
 WORTH = 0.1

@@ -11,8 +11,6 @@ import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, LensError, View
 
-__all__ = ["LENS_UNKNOWNS", "Lenses", "lenses_of"]
-
 LENS_UNKNOWNS = 2
 LEAST_VIEWS = 3
 """With fewer views of a camera, errors of its lens cannot be separated from those of its poses."""

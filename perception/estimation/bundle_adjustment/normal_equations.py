@@ -20,8 +20,6 @@ from facetlog.perception.estimation.bundle_adjustment.pose_prior import block_di
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import FloatArray, Pose, View
 
-__all__ = ["ROBUST_SD", "Linear", "Problem", "Reduced", "State", "Tracks", "linear", "reduced"]
-
 ROBUST_SD = 5.0
 """Standard deviations of a residual at which its weight is a half: beyond noise, not in it."""
 RIDGE = 1e-12

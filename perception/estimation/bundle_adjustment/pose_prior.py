@@ -15,8 +15,6 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.estimation.pose_refinement.pose_chain import added, of_twist
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors
 
-__all__ = ["Prior", "block_diagonal", "prior_of"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Prior:

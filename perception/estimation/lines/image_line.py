@@ -21,8 +21,6 @@ from facetlog.perception.estimation.incidence import (
 from facetlog.perception.estimation.plane_filter import Chart
 from facetlog.perception.types import FloatArray, frozen
 
-__all__ = ["ImageLine", "fit_image_line", "image_line_recursion"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ImageLine:

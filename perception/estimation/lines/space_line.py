@@ -31,16 +31,6 @@ from facetlog.perception.estimation.plane_filter import (
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray, frozen
 
-__all__ = [
-    "SpaceLine",
-    "line_of_images",
-    "line_of_images_recursion",
-    "line_of_points",
-    "line_of_points_recursion",
-    "plane_of_lines",
-    "plane_of_lines_recursion",
-]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceLine:

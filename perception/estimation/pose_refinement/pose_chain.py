@@ -14,8 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["PoseChain", "SinglePoses", "added", "moved", "of_twist", "pose_chain"]
-
 # Independent error of every view besides odometry: the head's pointing and the settling of the
 # robot on its wheels. Radians; for the camera's place the same angle times the distance to the
 # scene, since lengths may have any unit.

@@ -13,25 +13,92 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
-from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    coverage,
+    project_points,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     explained_share,
 )
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import at_working_size, working_noises
-from facetlog.perception.estimation.pose_refinement.fitting import (
+from facetlog.perception.estimation.pose_refinement.line_alignment import (
+    DriftingViews,
+    align_one,
     drifting_views,
     fitted,
     lines_of,
     smaller,
 )
-from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews
 from facetlog.perception.estimation.pose_refinement.pose_chain import pose_chain
-from facetlog.perception.estimation.pose_refinement.registration import registered
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
+DRAWN = 400
+# Samples spread a little wider than the prior: covariances are estimates too.
+SPREAD = 1.5
+IMPROVED = 6
+# Width searched, px, and share of a segment that must lie on edges, in successive steps.
+STEPS = ((8.0, 0.3), (5.0, 0.3), (3.0, 0.5), (2.0, 0.5), (2.0, 0.5))
+# A segment counts from this share on; by its length in the picture, up to half the usual picture:
+# the floor's boards are longer than anything that stands on it.
+SHOWN = 0.5
+LONGEST = 0.5
+# So many pixels of shown segments count as much as one unit of the prior's squared Mahalanobis
+# distance.
+PX_A_UNIT = 2.0
+
+
+def registered(
+    drifting: DriftingViews, k: int, twists: FloatArray, segments: FloatArray
+) -> FloatArray:
+    """The twist (6,) of view k that shows segments (n, 2, 3) best, within its prior."""
+    before, step = drifting.chain.expected(k, twists)
+    rng = np.random.default_rng(k)
+    drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
+    drawn = np.vstack([before, drawn])
+    shown = np.array([_shown_px(drifting, k, twist, segments) for twist in drawn])
+    best, most = before, -np.inf
+    belief = np.linalg.inv(step)
+    for index in np.argsort(-shown, kind="stable")[:IMPROVED]:
+        twist = _improved(drifting, k, drawn[index], (before, step), segments)
+        off = twist - before
+        score = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
+        if score > most:
+            best, most = twist, score
+    return best
+
+
+def _improved(
+    drifting: DriftingViews,
+    k: int,
+    twist: FloatArray,
+    expected: tuple[FloatArray, FloatArray],
+    segments: FloatArray,
+) -> FloatArray:
+    for search_px, least in STEPS:
+        shown = _coverage(drifting, k, twist, segments) > least
+        if not shown.any():
+            break
+        twist = align_one(drifting, k, twist, expected, segments[shown], search_px)
+    return twist
+
+
+def _coverage(
+    drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray
+) -> FloatArray:
+    view = drifting.at([k], twist[None])
+    return np.nan_to_num(coverage(segments, view, [drifting.maps[k]])[:, 0])
+
+
+def _shown_px(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+    (view,) = drifting.at([k], twist[None])
+    share = _coverage(drifting, k, twist, segments)
+    uv, _ = project_points(view.projection, segments)
+    along = uv[:, 1] - uv[:, 0]
+    length = np.minimum(np.hypot(along[:, 0], along[:, 1]), LONGEST * view.camera.width)
+    return float((np.where(share > SHOWN, share, 0.0) ** 2 * length).sum())
+
 
 # Views that are aligned first: a 3-D segment needs three, and one of them may show little.
 FIRST = 6

@@ -18,12 +18,15 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
     explained_share,
 )
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.estimation.pose_refinement.fitting import fitted, lines_of, smaller
-from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
+from facetlog.perception.estimation.pose_refinement.line_alignment import (
+    DriftingViews,
+    align,
+    fitted,
+    lines_of,
+    smaller,
+)
 from facetlog.perception.estimation.pose_refinement.pose_chain import SinglePoses, of_twist
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["aligned_views"]
 
 POSE_SD = np.radians(1.0)
 """Prior standard deviation of rotations, and of places as seen from the cameras' distance. Large

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.detection.same_pictures import same_pictures
+from facetlog.perception.detection.picture_faults import same_pictures
 from facetlog.perception.types import Camera, Pose, View
 
 CAMERA = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)

@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.coarse_pictures import coarse_pictures, gradient
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.segments import ENLARGED
 from facetlog.perception.detection.working_size import (
     at_working_size,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.estimation.texture_triangulation import triangulated
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import triangulated
 from facetlog.perception.types import Camera, View
 from facetlog.robot.tour import ring_poses
 

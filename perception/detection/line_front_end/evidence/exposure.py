@@ -19,8 +19,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["exposures"]
-
 SAMPLES = 6
 # Medians of rows and columns in turn settle quickly.
 STEPS = 10

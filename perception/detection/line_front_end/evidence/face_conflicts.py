@@ -12,8 +12,6 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "back_to_back", "blocked", "lies_within", "overlap", "touch"]
-
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
 # Two outlines of one plane are alike from this intersection over union on.

@@ -34,8 +34,6 @@ from facetlog.perception.polygons import make_polygon
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Clear", "FaceEvidence", "FaceJudge", "Joins", "inner_points"]
-
 Joins: TypeAlias = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
 """Which points (..., 3) of an outline of that normal (3,) lie on sides of found faces, too."""
 Clear: TypeAlias = Callable[[FloatArray], NDArray[np.bool_]]

@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ground_ratio"]
-
 
 def ground_ratio(
     photos: PhotometricViews,

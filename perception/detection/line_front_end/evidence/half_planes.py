@@ -12,8 +12,6 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CLEAR_PX", "MIN_CONSISTENT", "MIN_INSIDE", "MIN_WEIGHT", "surface_beside"]
-
 # This far beside a side, px, its own edge ends.
 CLEAR_PX = 5.0
 # A surface has at least this mean log-likelihood ratio, and this share of it is consistent.

@@ -14,8 +14,6 @@ from facetlog.perception.detection.line_front_end.planes.outlined_face import Ou
 from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.types import FloatArray
 
-__all__ = ["joined_sides", "on_segments"]
-
 # What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
 LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
 

@@ -14,20 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.gradients import GRADIENT_SIGMA, Gradient
+from facetlog.perception.detection.coarse_pictures import GRADIENT_SIGMA, Gradient
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image, View
-
-__all__ = [
-    "AGREES_SDS",
-    "FREE_LEVEL",
-    "LIGHT_SHARE",
-    "Agreement",
-    "GreyLevels",
-    "Levels",
-    "agreement",
-    "known_surface_ratio",
-]
 
 # Probability that a view does not see the surface though it faces it: it is occluded.
 HIDDEN = 0.3

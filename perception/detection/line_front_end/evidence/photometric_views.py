@@ -16,8 +16,6 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_FACING_SINE", "PhotometricViews"]
-
 # A view counts when it looks at a plane by more than this sine.
 MIN_FACING_SINE = 0.15
 # A view reads no level nearer to the picture's border than this, px.

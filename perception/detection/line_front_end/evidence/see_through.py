@@ -17,8 +17,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.row_table import row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_SCORE", "LinesBehind"]
-
 # A line counts as behind a plane by so many px at least, and so many standard deviations of its
 # depth: for lines along the cameras' motion depth is uncertain, and pose errors put texture far
 # behind its own face.

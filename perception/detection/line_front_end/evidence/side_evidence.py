@@ -21,8 +21,6 @@ from facetlog.perception.flat_faces import crossing
 from facetlog.perception.ties import ascending, at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["BESIDE_PX", "INDEPENDENT_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]
-
 SAMPLES = 12
 # Samples nearer together than this, px, hit or miss together: an edge is dilated by 2 px.
 INDEPENDENT_PX = 8.0

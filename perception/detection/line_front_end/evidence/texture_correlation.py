@@ -22,8 +22,6 @@ from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_CORRELATION", "PIECE_PX", "surface_between", "texture_correlation"]
-
 # A piece has SAMPLES x SAMPLES samples this far apart, px at the object: as patches of features,
 # large enough to be distinctive and small enough to lie on one surface.
 SAMPLES, STEP_PX = 8, 2.5

@@ -16,8 +16,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Outline", "find_outlines"]
-
 # Lines of a plane that take part, best first; more sides allow fewer lines (all subsets are tried).
 MAX_LINES = {3: 14, 4: 14, 5: 9, 6: 8}
 # Least coverage of any side: what other things hide of a true one is rarely more than a third.

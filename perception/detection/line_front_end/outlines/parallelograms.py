@@ -12,8 +12,6 @@ from facetlog.perception.flat_faces import crossing
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["parallelograms"]
-
 # Segments of a plane that take part, the longest first, and parallelograms of a plane.
 MAX_SEGMENTS, KEEP = 14, 12
 # Two sides meet where their lines cross not farther beyond an end, or before it, than so many px

@@ -10,17 +10,6 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "COARSE_PX",
-    "CROSS",
-    "FINE_PX",
-    "MAX_CELLS",
-    "MIN_COARSE",
-    "MIN_FINE",
-    "PlaneGrid",
-    "connected_regions",
-]
-
 # Sides of a cell, px, when a plane is looked over and when its regions are outlined; of a large
 # plane not more cells than this along a side.
 COARSE_PX, FINE_PX = 8.0, 2.0

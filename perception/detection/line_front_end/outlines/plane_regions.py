@@ -34,8 +34,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["ON_PLANE_PX", "RegionFinder"]
-
 # More views than this, evenly from those that face the plane, outline a region no better; all of
 # them judge it.
 MAX_VIEWS = 24

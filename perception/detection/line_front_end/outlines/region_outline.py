@@ -14,14 +14,6 @@ from facetlog.perception.polygons import find_symmetric_difference, make_polygon
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "border",
-    "outline_polygon",
-    "rough_polygons",
-    "without_short_sides",
-    "without_straight_corners",
-]
-
 # The border runs along a line where it is this near, in cells, and this parallel.
 NEAR_CELLS = 2.2
 PARALLEL_COSINE = 0.8

@@ -17,8 +17,6 @@ from facetlog.perception.flat_faces import cross
 from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BoardPlaces", "board_places"]
-
 # Two faces stand opposite each other where so much of the smaller does.
 OPPOSITE_SHARE = 0.5
 

@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.flat_faces import part_above
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LEVEL_COSINE", "Ground", "find_ground"]
-
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
 # Share of the segments' likelihood that is due to chance lines. So much of it may lie below the

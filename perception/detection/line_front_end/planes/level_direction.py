@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["held_up", "level_direction"]
-
 # Cameras look down at a thing by less than 60 degrees: then their own ups lie along up by this much
 # in the mean (cosine). At a wall they look by 30 degrees at most from below, where it is as much.
 HELD_UPRIGHT = 0.5

@@ -4,8 +4,6 @@ from typing import Protocol
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["OutlinedFace"]
-
 
 class OutlinedFace(Protocol):
     """A polygon (k, 3) across its normal (3,)."""

@@ -19,8 +19,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_cov", "same_plane"]
-
 # Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
 SAME_COSINE = np.cos(np.radians(4.0))
 SAME_PX, SAME_SHARE = 3.0, 0.9

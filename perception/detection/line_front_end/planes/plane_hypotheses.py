@@ -9,8 +9,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
-
 # Two segments meet when their lines pass within this many px, and near both segments.
 MEET_PX = 4.0
 MEET_BEYOND = 0.35  # of a segment's length, beyond its end

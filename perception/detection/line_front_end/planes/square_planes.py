@@ -13,8 +13,6 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SQUARE_SLOPE", "is_square", "seen_on_plane", "square_normals"]
-
 # A plane may have been chosen so far off that a square one is meant: it is only what is tried.
 NEAR_SINE, NEAR_COSINE = float(np.sin(np.radians(15.0))), float(np.cos(np.radians(15.0)))
 # Two normals span what is square to both where they are farther apart than this sine.

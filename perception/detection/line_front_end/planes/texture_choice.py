@@ -18,8 +18,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["as_hypothesis", "with_texture_planes"]
-
 # A segment whose ends are this near to a plane, px, may bound a face there.
 ON_PLANE_PX = 3.0
 

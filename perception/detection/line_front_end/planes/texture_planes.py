@@ -20,8 +20,6 @@ from facetlog.perception.flat_faces import plane_axes, ring_sides
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["TexturePlane", "patch_box", "shown_patches", "texture_planes"]
-
 # Three points of each plane are a point and two of so many neighbours; so many points, evenly from
 # all, seed planes.
 NEIGHBOURS, SEEDS = 8, 100

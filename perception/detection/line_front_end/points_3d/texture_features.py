@@ -12,12 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.coarse_pictures import GRADIENT_NOISE
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.gradients import GRADIENT_NOISE
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["TextureFeatures", "common_direction", "texture_features"]
 
 # Sum of gradients round a point, px, and how near another one is the same corner.
 WINDOW_PX, APART_PX = 5, 3

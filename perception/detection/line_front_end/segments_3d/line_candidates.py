@@ -5,8 +5,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["candidate_segments"]
-
 # The two views' parts of the 3-D segment overlap by this share of the shorter one.
 MIN_OVERLAP = 0.5
 # Sine of the least angle between the two planes: below, half a pixel is 10 % of the depth.

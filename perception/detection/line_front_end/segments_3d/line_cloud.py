@@ -19,16 +19,6 @@ from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.ties import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
-__all__ = [
-    "SUPPORTED",
-    "LineCloud",
-    "agreement",
-    "best_of_owners",
-    "reconstruct_lines",
-    "segments_matched",
-    "shown_lines",
-]
-
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
 # The mean square of the share that a view shows of a candidate is .2 for the wrong ones among lines

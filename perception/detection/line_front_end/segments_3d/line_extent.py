@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.ties import at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LineProfiles", "covered_extents", "line_profiles"]
-
 # Samples of a profile; the line is looked at from MARGIN lengths before to MARGIN after it.
 SAMPLES = 192
 MARGIN = 1.0

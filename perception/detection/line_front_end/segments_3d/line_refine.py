@@ -14,18 +14,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = [
-    "READINGS_A_VIEW",
-    "STEP_PX",
-    "EdgeReadings",
-    "across_basis",
-    "ends_jacobian",
-    "peak",
-    "point_jacobian",
-    "read_edges",
-    "refine_segments",
-]
-
 SAMPLES = 24
 # Half the width searched across a projected segment, px, in successive passes.
 SEARCH_PX = (4.0, 3.0, 2.0)

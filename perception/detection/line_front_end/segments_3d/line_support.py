@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["coverage", "project_points", "project_to_views", "segment_samples"]
-
 # A view that has less than this share of a segment in the picture is no evidence about it.
 MIN_VISIBLE = 0.6
 

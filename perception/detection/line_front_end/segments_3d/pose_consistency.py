@@ -12,8 +12,6 @@ from facetlog.perception.first_names import named
 from facetlog.perception.ties import at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_share"]
-
 # A 2-D segment is explained by a projected 3-D one that passes this near and this parallel.
 NEAR_PX = 3.0
 PARALLEL_COSINE = np.cos(np.radians(6.0))

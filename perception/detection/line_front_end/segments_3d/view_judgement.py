@@ -28,8 +28,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
 from facetlog.perception.detection.tracked_faces import TrackedFaces
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Contradiction", "contradicting_views", "without_them"]
-
 FindLines: TypeAlias = Callable[[Sequence[int]], FloatArray]
 """The 3-D segments (m, 2, 3) of some of the views (indices) alone."""
 

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.block_front_end.chain_code import (
+from facetlog.perception.detection.block_front_end.localise import (
     chain_length,
     freeman_chain,
     outer_outline,

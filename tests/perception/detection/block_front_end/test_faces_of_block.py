@@ -12,8 +12,8 @@ from facetlog.perception.detection.block_front_end.image_vertices import ImageVe
 from facetlog.perception.detection.block_front_end.position_labels import (
     LabelledVertex,
     rule_label,
+    upward_direction,
 )
-from facetlog.perception.detection.block_front_end.upright import upward_direction
 from facetlog.perception.types import Pose, PositionLabel, View
 
 FACES = [

@@ -1,9 +1,11 @@
 import cv2
 import numpy as np
 
-from facetlog.perception.detection.block_front_end.localise import localise
-from facetlog.perception.detection.block_front_end.region_growing import grow_region
-from facetlog.perception.detection.block_front_end.threshold import binary_picture
+from facetlog.perception.detection.block_front_end.localise import (
+    binary_picture,
+    grow_region,
+    localise,
+)
 
 
 def black(height: int = 240, width: int = 320) -> np.ndarray:

@@ -4,9 +4,12 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 from scipy.special import erf
 
-from facetlog.perception.detection.block_front_end.contours import edge_pixels
-from facetlog.perception.detection.block_front_end.edge_lines import fit_edge_line, straight_pieces
-from facetlog.perception.detection.block_front_end.picture_features import picture_features
+from facetlog.perception.detection.block_front_end.edge_lines import (
+    edge_pixels,
+    fit_edge_line,
+    straight_pieces,
+)
+from facetlog.perception.detection.block_front_end.faces_of_block import picture_features
 from facetlog.perception.detection.block_front_end.plane_regions import plane_regions
 
 

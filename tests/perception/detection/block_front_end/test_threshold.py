@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from facetlog.perception.detection.block_front_end.threshold import (
+from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
     binary_picture,
     otsu_threshold,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.estimation.bundle_adjustment.common_motion import without_common_motion
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import without_common_motion
 from facetlog.perception.types import FloatArray
 
 

@@ -1,13 +1,13 @@
 """Features matched between pairs of views and linked to chains."""
 
-from facetlog.perception.detection.line_front_end.points_3d.feature_tracks import (
-    MIN_TRACK,
-    feature_tracks,
-)
 from facetlog.perception.detection.line_front_end.points_3d.texture_features import (
     TextureFeatures,
     common_direction,
     texture_features,
+)
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
+    MIN_TRACK,
+    feature_tracks,
 )
 from tests.perception.detection.line_front_end.printed_disc import (
     PrintedRig,
