@@ -64,7 +64,7 @@ class _Sightings:
     mark: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
-def _sightings(features: tuple[tuple[LabelledVertex, ...], ...], pose_sd_px: float) -> _Sightings:
+def _sightings(features: tuple[tuple[LabelledVertex, ...], ...]) -> _Sightings:
     names = list(PositionLabel)
     flat = [(index, found) for index, per_view in enumerate(features) for found in per_view]
     marks = [found.mark for _, found in flat]
@@ -73,7 +73,7 @@ def _sightings(features: tuple[tuple[LabelledVertex, ...], ...], pose_sd_px: flo
     return _Sightings(
         np.array([index for index, _ in flat], dtype=np.intp),
         np.array([f.vertex.uv for _, f in flat]).reshape(-1, 2),
-        np.array([f.vertex.cov for _, f in flat]).reshape(-1, 2, 2) + pose_sd_px**2 * np.eye(2),
+        np.array([f.vertex.cov for _, f in flat]).reshape(-1, 2, 2) + POSE_SD_PX**2 * np.eye(2),
         np.array(
             [-1 if f.block_label is None else names.index(f.block_label) for _, f in flat],
             dtype=np.intp,
@@ -255,9 +255,6 @@ def _expected_by_chance(
 def track_vertices(
     features: tuple[tuple[LabelledVertex, ...], ...],
     views: tuple[View, ...],
-    *,
-    pose_sd_px: float = POSE_SD_PX,
-    most_false: float = MOST_FALSE_TRACKS,
 ) -> tuple[Track, ...]:
     """Tracks of the vertices seen in at least two views, best supported first.
 
@@ -267,7 +264,7 @@ def track_vertices(
     """
     if len(features) != len(views):
         raise ValueError(f"features of {len(features)} views, but {len(views)} views")
-    seen = _sightings(features, pose_sd_px)
+    seen = _sightings(features)
     if len(seen.view) < 2 or len(views) < 2:
         return ()
     points, pairs = _proposals(views, seen)
@@ -297,7 +294,7 @@ def track_vertices(
             found = _grown(views, seen, points[top], sorted(members), used)
             if found is not None and len(found[0]) >= 2:
                 chance = _expected_by_chance(views, seen, found[0], len(points))
-                if chance <= most_false or _labelled_pair(views, seen, found[0]):
+                if chance <= MOST_FALSE_TRACKS or _labelled_pair(views, seen, found[0]):
                     tracks.append(_track(features, seen, found[0]))
                     used[found[0]] = np.inf
             alive = np.isfinite(used[pairs].max(axis=1))

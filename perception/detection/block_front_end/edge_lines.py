@@ -162,6 +162,8 @@ DRIFT_SD = 3.0
 OUTLIER_SD = 2.5
 # Standard deviation over median magnitude of a Gaussian.
 MAD_TO_SD = 1.4826
+# A line that passes a vertex by more than this share of its length on both sides ends elsewhere.
+PASSING_SHARE = 0.2
 # Calibration, sampling and a not quite straight real edge leave at least this, px.
 MODEL_SD_PX = 0.02
 
@@ -202,15 +204,26 @@ class EdgeLine:
         half: FloatArray = (self.start + self.end) / 2.0
         return half
 
+    def leaving(self, uv: FloatArray) -> list[tuple[FloatArray, bool]]:
+        """Return the far ends (2,) as seen from a vertex on the line, and whether it runs that way.
+
+        A line that goes on past the vertex by more than PASSING_SHARE leaves on both sides.
+        """
+        along = float((uv - self.start) @ self.direction) / self.length
+        ends = []
+        if along < 1.0 - PASSING_SHARE:
+            ends.append((self.end, True))
+        if along > PASSING_SHARE:
+            ends.append((self.start, False))
+        return ends
+
     def offset_variance(self, point: FloatArray) -> float:
         """Variance (px²) across the line at the foot of `point`, which may lie beyond the ends."""
         lever = np.array([1.0, float(self.direction @ (point - self.middle))])
         return float(lever @ self.cov @ lever)
 
 
-def straight_pieces(
-    chain: FloatArray, least_px: float, slope_change: float = SLOPE_CHANGE
-) -> tuple[FloatArray, ...]:
+def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...]:
     """The straight pieces of a chain (n, 2), cut at slope changes and where a piece bows.
 
     >>> corner = np.array([[u, 0] for u in range(20)] + [[19, v] for v in range(1, 20)], float)
@@ -226,7 +239,7 @@ def straight_pieces(
         return tuple(_without_bow(chain, least_px))
     middle = chain[SUPPORT_PX:-SUPPORT_PX]
     turn = _turn(chain[: -2 * SUPPORT_PX], middle, chain[2 * SUPPORT_PX :])
-    cuts = [0, *(int(i) + SUPPORT_PX for i in _peaks(turn, slope_change)), count - 1]
+    cuts = [0, *(int(i) + SUPPORT_PX for i in _peaks(turn, SLOPE_CHANGE)), count - 1]
     pieces: list[FloatArray] = []
     for begin, end in pairwise(cuts):
         pieces.extend(_without_bow(chain[begin : end + 1], least_px))

@@ -17,7 +17,6 @@ from facetlog.perception.detection.block_front_end.edge_lines import (
     straight_pieces,
     trace_chains,
 )
-from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
 # Edges shorter than this share of the root of the region's area are no sides of the object (a
@@ -53,20 +52,17 @@ class ImageVertex:
     lines: tuple[int, ...]
 
 
-def find_edge_lines(
-    image: Image, mask: Image, *, slope_change: float = SLOPE_CHANGE, sd_grey: float | None = None
-) -> tuple[EdgeLine, ...]:
-    """The straight edges in and round the localised region `mask`, longest first.
+def find_edge_lines(image: Image, mask: Image, noise: float) -> tuple[EdgeLine, ...]:
+    """Find the straight edges in and round the localised region `mask`, longest first.
 
-    `sd_grey` is the noise of the picture in grey levels; estimated if not given.
+    `noise` is that of the picture in grey levels.
     """
-    noise = noise_sd(image) if sd_grey is None else sd_grey
     size = float(np.sqrt(np.count_nonzero(mask)))
     least = max(LEAST_EDGE_PX, LEAST_EDGE_SHARE * size)
     pieces = [
         piece
         for chain in trace_chains(edge_pixels(image, mask, noise), int(least))
-        for piece in straight_pieces(chain, least, slope_change)
+        for piece in straight_pieces(chain, least)
     ]
     lines: list[EdgeLine] = []
     for piece in sorted(pieces, key=len, reverse=True):
@@ -207,20 +203,15 @@ def _widest_angle(lines: tuple[EdgeLine, ...], used: set[int]) -> float:
     return float(np.arccos(np.clip(np.abs(directions @ directions.T), 0.0, 1.0)).max())
 
 
-def find_vertices(
-    lines: tuple[EdgeLine, ...],
-    mask: Image,
-    *,
-    slope_change: float = SLOPE_CHANGE,
-) -> tuple[ImageVertex, ...]:
-    """The vertices where the lines meet, inside the picture, each once; best fixed first."""
+def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex, ...]:
+    """Find the vertices where the lines meet, inside the picture, each once; best fixed first."""
     reach = _reach(float(np.sqrt(np.count_nonzero(mask))))
     height, width = mask.shape
     crossings: list[tuple[FloatArray, int, int]] = []
     for i, a in enumerate(lines):
         for j in range(i + 1, len(lines)):
             b = lines[j]
-            if _widest_angle(lines, {i, j}) < slope_change:
+            if _widest_angle(lines, {i, j}) < SLOPE_CHANGE:
                 continue
             point = _crossing(a, b)
             if not (RIM_PX <= point[0] <= width - 1 - RIM_PX):
@@ -242,7 +233,7 @@ def find_vertices(
     vertices = []
     for members, points in groups:
         met = _meeting(lines, members, np.median(points, axis=0))
-        if met is not None and _widest_angle(lines, met[2]) >= slope_change:
+        if met is not None and _widest_angle(lines, met[2]) >= SLOPE_CHANGE:
             vertices.append(ImageVertex(met[0], met[1], tuple(sorted(met[2]))))
     vertices.sort(key=lambda vertex: float(np.trace(vertex.cov)))
     kept: list[ImageVertex] = []

@@ -141,7 +141,6 @@ def test_missing_and_false_vertices_do_not_break_tracks(tour, found):
                 ImageVertex(rng.uniform((90, 60), (230, 180)), 0.02 * np.eye(2), (0, 1)),
                 None,
                 None,
-                "false",
             )
             for _ in range(3)
         ]
@@ -161,7 +160,6 @@ def test_wrong_labels_are_outvoted_by_geometry(tour, found):
                 v.vertex,
                 v.label,
                 labels[int(rng.integers(8))] if rng.random() < 0.15 else v.block_label,
-                v.reason,
             )
             for v in labelled
         )
@@ -179,7 +177,6 @@ def test_chance_alone_makes_no_track(tour):
                 ImageVertex(rng.uniform((60, 40), (260, 200)), 0.02 * np.eye(2), (0, 1)),
                 None,
                 None,
-                "noise",
             )
             for _ in range(8)
         )
@@ -228,10 +225,7 @@ def test_rule_one_is_the_papers():
 
 def test_no_two_tracks_have_the_same_label(tour, found):
     alike = tuple(
-        tuple(
-            LabelledVertex(v.vertex, v.label, PositionLabel.FRONT_LEFT_TOP, v.reason)
-            for v in labelled
-        )
+        tuple(LabelledVertex(v.vertex, v.label, PositionLabel.FRONT_LEFT_TOP) for v in labelled)
         for labelled in found.vertices
     )
     tracks = track_vertices(alike, tour.views)

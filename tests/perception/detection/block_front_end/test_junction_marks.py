@@ -8,8 +8,10 @@ import pytest
 from facetlog.perception.detection.block_front_end.correspondence import track_vertices
 from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
-from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
-from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
+from facetlog.perception.detection.block_front_end.junction_marks import (
+    picture_drawing,
+    with_junctions,
+)
 from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
 from facetlog.perception.junctions import Junction
 from facetlog.perception.types import Camera, PositionLabel, View
@@ -24,7 +26,7 @@ LINES = tuple(EdgeLine(np.array(a, float), np.array(b, float), 1e-6 * np.eye(2),
 
 def vertex(u: float, v: float, *lines: int, label: PositionLabel | None = None) -> LabelledVertex:
     at = ImageVertex(np.array([u, v], dtype=float), 0.01 * np.eye(2), lines)
-    return LabelledVertex(at, label, label, "by hand", "front_?_top")
+    return LabelledVertex(at, label, label, "front_?_top")
 
 
 ARROW, BEND, TEE = vertex(100, 100, 0, 1, 2), vertex(200, 0, 2, 3), vertex(300, 0, 3, 4)
