@@ -22,10 +22,10 @@ from facetlog.perception.estimation.point_fit import (
     fit_points,
     innovation_chi2,
     linear_start,
+    solve_points,
     view_chi2,
 )
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
-from facetlog.perception.estimation.symmetric_matrices import solutions
 from facetlog.perception.types import FloatArray
 
 # An observation belongs to a point up to this squared Mahalanobis distance: chi-square with 2
@@ -171,7 +171,7 @@ FEWEST_VIEWS_OF_A_BLOCK = 24
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Consensus:
-    """Points (n, 3), their covariances, packed (n, 6), and their inliers among the views (n, V).
+    """Points (n, 3), their covariances (n, 3, 3) and their inliers among the views (n, V).
 
     `behind` (n,) says which lie behind one of these views; `gain` (n,) is twice the log likelihood
     ratio against chance. There are no inliers where there is no consensus. Neutral frame.
@@ -188,7 +188,7 @@ class Consensus:
         """So many points without inliers."""
         return cls(
             np.zeros((points, 3)),
-            np.zeros((points, 6)),
+            np.zeros((points, 3, 3)),
             np.zeros((points, views), dtype=np.bool_),
             np.zeros(points, dtype=np.bool_),
             np.zeros(points),
@@ -283,7 +283,7 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> 
         first, part = found.take(doubted), seen.take(doubted)
         rival = _likeliest(cameras, part, view_gains[doubted], partners, outside=first.inliers)
         between = rival.points - first.points
-        square = (between * solutions(rival.covs + first.covs, between)).sum(axis=1)
+        square = (between * solve_points(rival.covs + first.covs, between)).sum(axis=1)
         close = np.abs(rival.gain - first.gain) < CLEAR_LEAD
         likelier = np.flatnonzero(rival.stands & (rival.gain > first.gain))
         first.put(likelier, rival.take(likelier))

@@ -28,9 +28,8 @@ from facetlog.perception.estimation.ekf import (
 )
 from facetlog.perception.estimation.incidence import Incidence, as_printed
 from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
-from facetlog.perception.estimation.point_fit import DIAGONAL, START_SD
+from facetlog.perception.estimation.point_fit import START_SD
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
-from facetlog.perception.estimation.symmetric_matrices import unpacked
 from facetlog.perception.types import FloatArray, Observation
 
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
@@ -216,7 +215,7 @@ def estimate_points(
     found = agreeing_views(cameras, sightings)
     ok = _failures(cameras, sightings, found) == 0
     points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
-    covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
+    covs = np.where(ok[:, None, None], cameras.scale**2 * found.covs, np.nan)
     return points, covs, np.logical_and(found.inliers, ok[:, None]), ok
 
 
@@ -226,9 +225,9 @@ def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray
     nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)
     # The trace is at least the largest eigenvalue, and sooner known.
     limit = (MAX_RELATIVE_SD * nearest) ** 2
-    vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
-    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
-    vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
+    vague = ~(np.trace(found.covs, axis1=1, axis2=2) <= limit)
+    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=(1, 2)))
+    vague[near] = ~(np.linalg.eigvalsh(found.covs[near])[:, 2] <= limit[near])
     few, alone = seen.seen.sum(axis=1) < 2, found.inliers.sum(axis=1) < 2
     reasons = (
         PointFailure.FEW_VIEWS,

@@ -33,7 +33,7 @@ class Cameras:
     their third coordinate is the depth before the camera. `lenses` (V, 2, 3) take points of the
     plane at depth 1 to pixels: the first two rows of the calibration matrix, with positive focal
     lengths (Hartley and Zisserman, 6.2.4). This takes pictures not to be mirrored. `products`
-    (6 V, 9) are those of the projections' rows, of which all sums over views are made.
+    (6 V, 12) are those of the projections' rows, of which all sums over views are made.
     """
 
     projections: FloatArray
@@ -93,19 +93,17 @@ def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _products(projections: FloatArray) -> FloatArray:
-    """Products (6 V, 9) of the rows p1, p2, p3 of projections (V, 3, 4).
+    """Return products (6 V, 12) of the rows p1, p2, p3 of projections (V, 3, 4).
 
-    First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each, as symmetric
-    matrices: six entries of the upper left 3 x 3 block, by rows, then three of the last column.
+    First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each view, as the
+    upper 3 x 4 block of these symmetric matrices.
     """
     p1, p2, p3 = projections.transpose(1, 0, 2)
-    rows, columns = (0, 0, 0, 1, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 2, 3, 3, 3)
-    pairs = ((p1, p1), (p1, p2), (p2, p2), (p1, p3), (p2, p3), (p3, p3))
-    products = [
-        p[:, rows] * q[:, columns] + (0.0 if p is q else q[:, rows] * p[:, columns])
-        for p, q in pairs
-    ]
-    return np.concatenate(products)
+    products = []
+    for p, q in ((p1, p1), (p1, p2), (p2, p2), (p1, p3), (p2, p3), (p3, p3)):
+        outer = p[:, :3, None] * q[:, None, :]
+        products.append(outer if p is q else outer + q[:, :3, None] * p[:, None, :])
+    return np.concatenate(products).reshape(-1, 12)
 
 
 def _weighed(

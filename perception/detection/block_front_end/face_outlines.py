@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from facetlog.perception.detection.block_front_end.correspondence import POSE_SD_PX
 from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions
-from facetlog.perception.detection.block_front_end.triangulation import linear_points, point_fit
+from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray, Image, Track, View
 
 # A vertex borders the regions within this distance of it, px: the blurred rim between two faces
@@ -35,33 +36,18 @@ class _Sighting:
 
 
 def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArray:
-    """The points (n, 3) of the tracks, NaN where the rays determine none.
+    """Estimate the points (n, 3) of the tracks, NaN where the rays determine none.
 
     They only serve to separate planes; the final estimates are the filter's.
     """
-    projections = tuple(view.projection for view in views)
-    points = np.full((len(tracks), 3), np.nan)
-    for index, track in enumerate(tracks):
-        seen = track.observations
-        rays = np.array(
-            [
-                views[o.view].pose.rotation
-                @ np.linalg.solve(views[o.view].camera.matrix, [*o.uv, 1.0])
-                for o in seen
-            ]
-        )
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        # Start from the two rays of the widest angle.
-        i, j = divmod(int(np.argmin(np.abs(rays @ rays.T))), len(seen))
-        a, b = seen[i], seen[j]
-        if i == j:
-            continue
-        start = linear_points(
-            projections[a.view], projections[b.view], a.uv[None, :], b.uv[None, :]
-        )[0]
-        fit = point_fit(seen, projections, start) if np.isfinite(start).all() else None
-        if fit is not None:
-            points[index] = fit.point
+    shape = (len(tracks), len(views))
+    uv, cov = np.zeros((*shape, 2)), np.zeros((*shape, 2, 2))
+    seen = np.zeros(shape, np.bool_)
+    for n, track in enumerate(tracks):
+        for o in track.observations:
+            uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
+    cov += POSE_SD_PX**2 * np.eye(2)
+    points, *_ = estimate_points(uv, cov, seen, np.array([view.projection for view in views]))
     return points
 
 
@@ -215,6 +201,8 @@ def face_outlines(
     """
     if len(regions) != len(views):
         raise ValueError(f"regions of {len(regions)} views, but {len(views)} views")
+    if not tracks:
+        return ()
     points = track_points(tracks, views)
     groups = sorted(
         _groups(_sightings(tracks, points, regions, views), points), key=lambda g: -len(g)

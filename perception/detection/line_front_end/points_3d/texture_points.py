@@ -19,7 +19,6 @@ from facetlog.perception.detection.line_front_end.points_3d.texture_features imp
 from facetlog.perception.detection.view_graph import ViewGraph
 from facetlog.perception.estimation.point_consensus import agreeing_views
 from facetlog.perception.estimation.point_views import Cameras, Sightings
-from facetlog.perception.estimation.symmetric_matrices import unpacked
 from facetlog.perception.types import FloatArray, View
 
 # Standard deviation of a corner's place, px: texture looks different from elsewhere, and its corner
@@ -155,6 +154,4 @@ def triangulated(
     agreed = agreeing_views(cameras, Sightings.of(cameras, uv, cov, seen))
     rows = np.flatnonzero(agreed.stands & ~agreed.behind)
     points = cameras.origin + cameras.scale * agreed.points[rows]
-    return TexturePoints(
-        points, cameras.scale**2 * unpacked(agreed.covs[rows]), agreed.inliers[rows]
-    )
+    return TexturePoints(points, cameras.scale**2 * agreed.covs[rows], agreed.inliers[rows])

@@ -3,13 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.detection.block_front_end.triangulation import (
+from facetlog.perception.detection.block_front_end.correspondence import (
     epipolar_chi_square,
     fundamental_matrix,
-    linear_points,
-    point_fit,
+    triangulate_pairs,
 )
-from facetlog.perception.types import Observation
 
 coordinate = st.floats(-3.0, 3.0)
 
@@ -24,17 +22,8 @@ def pixel(projection, point):
 def test_a_projected_point_comes_back(tour, point, other):
     first, second = tour.views[0].projection, tour.views[other].projection
     uv1, uv2 = pixel(first, point), pixel(second, point)
-    back = linear_points(first, second, uv1[None], uv2[None])[0]
+    back = triangulate_pairs(first, second, uv1[None], uv2[None])[0]
     assert np.allclose(back, point, atol=1e-3)
-    observations = (
-        Observation(0, uv1, np.eye(2)),
-        Observation(other, uv2, np.eye(2)),
-    )
-    projections = tuple(view.projection for view in tour.views)
-    fit = point_fit(observations, projections, back + 0.1)
-    if fit is not None:
-        assert np.allclose(fit.point, point, atol=1e-3)
-        assert np.linalg.eigvalsh(fit.cov).min() > 0
 
 
 def test_corresponding_pixels_lie_on_each_others_epipolar_lines(tour):
