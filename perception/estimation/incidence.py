@@ -8,7 +8,7 @@ measured x; so x is first projected to its most likely place on a, x* = x - Λ G
 (1) requires (x* there). The paper's printed recursions do not: `as_printed`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
@@ -141,20 +141,27 @@ def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
     return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
 
 
-def held_start(
-    fit: Callable[[int], T], count: int, sure: Callable[[T], bool]
-) -> tuple[T, int] | None:
-    """The start of a recursion: the fit of the first measurements, and how many these are.
+def recursion_from_fit(
+    fit: Callable[[int], T], count: int, is_sure: Callable[[T], bool], update: Callable[[T, int], T]
+) -> Iterator[T]:
+    """Yield an estimate after each further of `count` measurements, each used once.
 
-    As many of `count` as make it `sure`, at most MAX_HELD; None if `fit` raises ValueError for all.
+    The start is `fit` of the first ones: as many as make it sure, at most MAX_HELD; none if `fit`
+    raises ValueError for all. `update` takes measurement k.
     """
     found: tuple[T, int] | None = None
     for held in range(2, min(count, MAX_HELD) + 1):
         with suppress(ValueError):
             found = fit(held), held
-            if sure(found[0]):
+            if is_sure(found[0]):
                 break
-    return found
+    if found is None:
+        return
+    estimate, held = found
+    yield estimate
+    for k in range(held, count):
+        estimate = update(estimate, k)
+        yield estimate
 
 
 def converted(

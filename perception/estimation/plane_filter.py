@@ -63,21 +63,15 @@ class PlaneFailure(StrEnum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlaneFit:
-    """A plane, the chart it was found in, and the chi-square of the points about it."""
+    """A plane, the chart it was found in, and the chi-square of the n points, of n - 3 degrees."""
 
     plane: Plane
     chart: Chart
     chi2: float
-    dof: int
     reason: None = None
 
     def __bool__(self) -> Literal[True]:
         return True
-
-    @property
-    def probability(self) -> float:
-        """The p-value: how often a true plane has a chi-square as large; 1 for three points."""
-        return float(chdtrc(self.dof, self.chi2)) if self.dof else 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -181,7 +175,7 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
     plane = _moved(plane_from_chart(chart, State(at[0], cov[0])), middle, spread)
     if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
         return NoPlane(PlaneFailure.UNCERTAIN)
-    return PlaneFit(plane, chart, float(chi2[0]), len(x) - 3)
+    return PlaneFit(plane, chart, float(chi2[0]))
 
 
 def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:

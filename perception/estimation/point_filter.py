@@ -22,9 +22,9 @@ from facetlog.perception.estimation.ekf import (
     Linearised,
     Measurement,
     State,
-    largest_sd,
     linearise,
     recursion,
+    run,
 )
 from facetlog.perception.estimation.incidence import Incidence, as_printed
 from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
@@ -155,8 +155,6 @@ def estimate_point(
     the largest standard deviation below it. Which views agree, and the point at which they are
     made linear, always come from all the observations given.
     """
-    if sd_limit is not None and not sd_limit > 0:
-        raise ValueError(f"the limit of the standard deviation must be positive, not {sd_limit}")
     if len(observations) < 2:
         return NoPoint(PointFailure.FEW_VIEWS)
     cameras = Cameras.of(np.array([projections[o.view] for o in observations]))
@@ -173,31 +171,22 @@ def estimate_point(
     agreed = [int(i) for i in np.flatnonzero(found.inliers[0])]
     at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
-    state = State(at, (START_SD * distance) ** 2 * np.eye(3))
-    states = recursion(
-        state,
-        (
-            pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
-            for i in agreed
-        ),
+    measurements = (
+        pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
+        for i in agreed
     )
-    needed: int | None = None
-    used = 0
+    limit = None if sd_limit is None else sd_limit / cameras.scale
     try:
-        for state in states:
-            used += 1
-            if sd_limit is not None and cameras.scale * largest_sd(state.cov) <= sd_limit:
-                needed = used
-                break
+        ended = run(State(at, (START_SD * distance) ** 2 * np.eye(3)), measurements, limit)
     except np.linalg.LinAlgError:
         # The depth's variance is so large beside a pixel's that rounding leaves no gain.
         return NoPoint(PointFailure.PARALLEL)
     return PointEstimate(
-        cameras.origin + cameras.scale * state.mean,
-        cameras.scale**2 * state.cov,
-        tuple(agreed[:used]),
+        cameras.origin + cameras.scale * ended.state.mean,
+        cameras.scale**2 * ended.state.cov,
+        tuple(agreed[: ended.used]),
         tuple(int(i) for i in np.flatnonzero(~found.inliers[0])),
-        needed,
+        ended.used if ended.reached else None,
     )
 
 

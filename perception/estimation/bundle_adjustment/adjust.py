@@ -51,17 +51,15 @@ class Adjusted:
     """Poses (V), points (n, 3) and their covariances (n, 3, 3) with the poses' own in them.
 
     `lens` (C, 2) are the unknowns of the cameras (lens_unknowns.py). `sizes` are the standard
-    deviations of pixel noise beyond its covariances and of pose and lens errors; `residual` (V,) is
-    the rms reprojection error of each view in px, NaN where it shows no point. `twists` (V, 6) move
-    the views from their given poses. The rest is for `errors_at`, of it the information of pixels
-    and of the prior on all twists and lenses (m, m each, m = 6 V + 2 C).
+    deviations of pixel noise beyond its covariances and of pose and lens errors. `twists` (V, 6)
+    move the views from their given poses. The rest is for `errors_at`, of it the information of
+    pixels and of the prior on all twists and lenses (m, m each, m = 6 V + 2 C).
     """
 
     poses: tuple[Pose, ...]
     points: FloatArray
     covs: FloatArray
     sizes: Sizes
-    residual: FloatArray
     twists: FloatArray
     lens: FloatArray
     problem: Problem
@@ -226,15 +224,12 @@ def _result(problem: Problem, prior: Prior, state: State, sizes: Sizes) -> Adjus
     at = linear(problem, state)
     pixels = reduced(problem, at, sizes.extra_px)
     belief, _ = prior.precision(sizes.pose_sd, sizes.lens_sd)
-    seen = problem.tracks.used.sum(axis=0)
-    square = np.where(seen > 0, (at.residual**2).sum(axis=(0, 2)) / 2, np.nan)
     own, shared = _errors(pixels, pixels.matrix + belief)
     return Adjusted(
         problem.poses(state.twists),
         state.points,
         own + shared.transpose(0, 2, 1) @ shared,
         sizes,
-        np.sqrt(square / np.maximum(seen, 1)),
         state.twists,
         state.lens,
         problem,

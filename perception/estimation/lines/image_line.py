@@ -13,8 +13,8 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    held_start,
     most_likely,
+    recursion_from_fit,
     solved,
     updated_one,
 )
@@ -101,26 +101,26 @@ def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
 
 
 def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLine]:
-    """The line after each further pixel, as of `fit_image_line`; each is used once, linearised at
-    the previous line. It starts from the first pixels that make its slope sure.
+    """Yield the line after each further pixel, as of `fit_image_line`, from the first that make its
+    slope sure; each is used once, linearised at the previous line.
     """
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
-    start = held_start(
-        lambda n: fit_image_line(x[:n], noise[:n]),
-        len(x),
-        lambda line: line.state.cov[0, 0] <= SURE_SD**2,
-    )
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for point, cov in zip(x[held:] - line.origin, noise[held:], strict=True):
+
+    def update(line: ImageLine, k: int) -> ImageLine:
         order = _axes(line.chart)
-        state, _ = updated_one(POINT_ON_LINE, line.state, point[order], cov[np.ix_(order, order)])
+        point, cov = (x[k] - line.origin)[order], noise[k][np.ix_(order, order)]
+        state, _ = updated_one(POINT_ON_LINE, line.state, point, cov)
         line = replace(line, state=state)
         if abs(line.state.mean[0]) > MAX_SLOPE:
             line = line.in_chart(Chart.X if line.chart == Chart.Y else Chart.Y)
-        yield line
+        return line
+
+    return recursion_from_fit(
+        lambda n: fit_image_line(x[:n], noise[:n]),
+        len(x),
+        lambda line: bool(line.state.cov[0, 0] <= SURE_SD**2),
+        update,
+    )
 
 
 def _axes(chart: Chart) -> list[int]:

@@ -16,8 +16,8 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    held_start,
     most_likely,
+    recursion_from_fit,
     solved,
     updated_one,
 )
@@ -170,18 +170,15 @@ def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
 
 
 def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
-    """The line after each further point, each used once, from the first ones that make it sure."""
+    """Yield the line after each further point, from the first ones that make it sure."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
-    start = held_start(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure)
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for point, cov in zip(x[held:], noise[held:], strict=True):
-        measured = _in_order(point - line.origin, cov, line.chart)
+
+    def update(line: SpaceLine, k: int) -> SpaceLine:
+        measured = _in_order(x[k] - line.origin, noise[k], line.chart)
         state, _ = updated_one(LINE_OF_POINTS, line.state, *measured)
-        line = replace(line, state=state).in_best_chart()
-        yield line
+        return replace(line, state=state).in_best_chart()
+
+    return recursion_from_fit(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure, update)
 
 
 def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
@@ -211,23 +208,18 @@ def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray
 def line_of_images_recursion(
     images: Sequence[ImageLine], projections: Sequence[FloatArray]
 ) -> Iterator[SpaceLine]:
-    """The line after each further view, as of `line_of_images`; each is used once, linearised at
-    the previous line. It starts from the first views that make the line's direction sure, and its
-    place as a share of the distance.
+    """Yield the line after each further view, each used once, linearised at the previous line.
+
+    It starts from the first views that make the line's direction sure, and its place as a share of
+    the distance.
     """
     pinhole = -np.linalg.solve(projections[0][:, :3], projections[0][:, 3])
-    start = held_start(
+    return recursion_from_fit(
         lambda n: line_of_images(images[:n], projections[:n]),
         len(images),
         lambda line: _is_sure(line, float(np.linalg.norm(line.origin - pinhole))),
+        lambda line, k: line.seen(images[k], projections[k])[0],
     )
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for image, projection in zip(images[held:], projections[held:], strict=True):
-        line, _ = line.seen(image, projection)
-        yield line
 
 
 def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
@@ -252,24 +244,22 @@ def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
 
 
 def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
-    """The plane after each further line, each used once, from the first ones that make it sure."""
-    start = held_start(
+    """Yield the plane after each further line, from the first ones that make it sure."""
+    origin = lines[0].origin
+
+    def update(plane: Plane, k: int) -> Plane:
+        here = _about_world(plane, -origin)
+        chart = best_chart(here.normal)
+        (x,), (noise,) = _in_order(*_drawn_about([lines[k]], origin), chart)
+        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, here), x, noise)
+        return _about_world(plane_from_chart(chart, state), origin)
+
+    return recursion_from_fit(
         lambda n: plane_of_lines(lines[:n]),
         len(lines),
-        lambda plane: np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2,
+        lambda plane: bool(np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2),
+        update,
     )
-    if start is None:
-        return
-    origin = lines[0].origin
-    plane, held = start
-    yield plane
-    plane = _about_world(plane, -origin)
-    for line in lines[held:]:
-        chart = best_chart(plane.normal)
-        (x,), (noise,) = _in_order(*_drawn_about([line], origin), chart)
-        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, plane), x, noise)
-        plane = plane_from_chart(chart, state)
-        yield _about_world(plane, origin)
 
 
 def _is_sure(line: SpaceLine, distance: float = np.inf) -> bool:
