@@ -29,7 +29,7 @@ class Gradient:
 
 
 def gradient(image: Image) -> Gradient:
-    """The gradient of a grey picture, smoothed by GRADIENT_SIGMA."""
+    """Return the gradient of a grey picture, smoothed by GRADIENT_SIGMA."""
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), GRADIENT_SIGMA)
     return Gradient(
         _float32(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)),
@@ -69,7 +69,7 @@ class CoarsePicture:
 
 
 def coarse_pictures(image: Image, noise: Noise) -> list[CoarsePicture]:
-    """The picture halved, three times at most, until its noise is that of a clean one.
+    """Return the picture halved, three times at most, until its noise is that of a clean one.
 
     Empty for a clean picture.
     """

@@ -1,4 +1,4 @@
-"""Where a picture has edges, and which way they run: gradients and an oriented edge mask."""
+"""Edges of a picture and their directions: gradients and an oriented edge mask."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def edge_map(
     own_noise: Noise | None = None,
     coarser: Sequence[CoarsePicture] | None = None,
 ) -> EdgeMap:
-    """Gradients and oriented edge mask of one grey picture.
+    """Return gradients and oriented edge mask of one grey picture.
 
     The mask's edges are dilated by `reach_px`, or by the usual effect of pose errors. The noise is
     estimated from the picture if `own_noise` is None. In a noisy picture edges that only its
@@ -100,7 +100,7 @@ def _shifted(by: int, length: int) -> slice:
 
 
 def direction_bits(direction: FloatArray) -> NDArray[np.uint16]:
-    """Mask bits that an edge running at `direction` (radians, any shape) may have set.
+    """Return mask bits that an edge running at `direction` (radians, any shape) may have set.
 
     Its own bin and both neighbours: an orientation is known to about one bin.
     """

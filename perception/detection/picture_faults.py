@@ -52,7 +52,7 @@ MEDIAN_OF_NORMAL = 0.6745
 
 
 def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
-    """The views whose pictures show something, and a warning for each kind of fault.
+    """Return the views whose pictures show something, and a warning for each kind of fault.
 
     InputError where fewer than two are left. Blurred pictures are left out while most are sharp;
     where most are blurred, all stay.
@@ -82,8 +82,9 @@ def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ..
 
 
 def nothing_shown(image: Image) -> str | None:
-    """The fault of an empty picture ("black", "saturated", "of one grey level", "too small"); None
-    if it has grey levels beyond its noise."""
+    """Return the fault of an empty picture ("black", "saturated", "of one grey level", "too
+    small"); None if it has grey levels beyond its noise.
+    """
     if min(image.shape) < LEAST_SIDE_PX:
         return f"too small ({image.shape[1]} x {image.shape[0]})"
     counts = np.cumsum(np.bincount(image.ravel(), minlength=256)) / image.size
@@ -95,7 +96,8 @@ def nothing_shown(image: Image) -> str | None:
 
 
 def blur_px(image: Image) -> float:
-    """Standard deviation in px of the blur of the picture's strongest edges; NaN without edges.
+    """Return the standard deviation in px of the blur of the picture's strongest edges; NaN without
+    edges.
 
     The gradient of a step of height C, blurred by b and smoothed by s, peaks at
     C / sqrt(2π (s² + b²)): the ratio r of two of them gives b² = (s₂² - r² s₁²) / (r² - 1).
@@ -116,7 +118,7 @@ def blur_px(image: Image) -> float:
 
 
 def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
-    """Its magnitude (H, W) in grey levels per px."""
+    """Return the gradient's magnitude (H, W) in grey levels per px."""
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigma)
     gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)
     gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)
@@ -124,7 +126,7 @@ def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
 
 
 def _far_above(blurs: FloatArray) -> list[int]:
-    """The indices of blurs far above the median of all; none where they are not a minority."""
+    """Return indices of blurs far above the median of all; none where they are not a minority."""
     known = np.isfinite(blurs)
     if known.sum() <= LEAST_OTHERS:
         return []
@@ -159,7 +161,8 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
 
 
 def same_pictures(views: Sequence[View]) -> tuple[str, ...]:
-    """A warning for each picture that several views with different poses have, pixel by pixel.
+    """Return a warning for each picture that several views with different poses have, pixel by
+    pixel.
 
     The same picture at the same pose is no fault: together such views count as one.
     """

@@ -28,7 +28,7 @@ FAR = 10.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ViewGraph:
-    """What the views look at, and how they relate.
+    """The common focus of views, their weights, and the pairs to match.
 
     `focus` (3,) is the point nearest to all optical axes, `distance` the median distance of the
     cameras from it; `weight` (V,) is how much a view counts beside those almost like it;
@@ -42,12 +42,12 @@ class ViewGraph:
 
 
 def view_motion(views: Sequence[View]) -> FloatArray:
-    """Motion (V, V), px, between each two views of the picture of what they look at."""
+    """Return the motion (V, V), px, between each two views of the picture of what they look at."""
     return _looks(views).motion()
 
 
 def view_graph(views: Sequence[View]) -> ViewGraph:
-    """The views' common focus, their weights and the pairs to match."""
+    """Return the views' common focus, their weights and the pairs to match."""
     looks = _looks(views)
     motion = looks.motion()
     alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)

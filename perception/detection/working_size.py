@@ -21,13 +21,13 @@ MAX_FACTOR = 4
 
 
 def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int, ...]]:
-    """The views, each enlarged by a factor of its own (1, 2 or 4), and the factors."""
+    """Return the views, each enlarged by a factor of its own (1, 2 or 4), and the factors."""
     factors = tuple(_factor(view) for view in views)
     return tuple(map(_enlarged, views, factors)), factors
 
 
 def working_noises(views: Sequence[View], factors: Sequence[int]) -> tuple[Noise, ...]:
-    """The noise of views that were enlarged by such factors, from the views as they were."""
+    """Return the noise of views that were enlarged by such factors, from the views as they were."""
     pairs = zip(views, factors, strict=True)
     return tuple(replace(working_noise(view.image), factor=factor) for view, factor in pairs)
 
@@ -49,6 +49,6 @@ def _enlarged(view: View, factor: int) -> View:
 
 
 def in_own_pixels(track: Track, factors: Sequence[int]) -> Track:
-    """A track of the enlarged views in the pixels of the views themselves."""
+    """Return a track of the enlarged views in the pixels of the views themselves."""
     shares: list[FloatArray] = [np.full(2, 1.0 / factor) for factor in factors]
     return Track(tuple(o.resized(shares[o.view]) for o in track.observations), track.label)

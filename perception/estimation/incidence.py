@@ -62,7 +62,7 @@ class Incidence:
 
 
 def solved(on: Incidence, x: FloatArray) -> FloatArray:
-    """The unweighted least-squares a (..., n) of measurements x (..., V, m)."""
+    """Return the unweighted least-squares a (..., n) of measurements x (..., V, m)."""
     M, y = on.equations(x)
     rows = M.reshape(*M.shape[:-3], -1, M.shape[-1])
     values = y.reshape(*y.shape[:-2], -1)
@@ -76,7 +76,7 @@ def most_likely(
     noise: FloatArray,
     start: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m).
+    """Return the most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m).
 
     `noise` (N, V, m, m) may be singular where the equations do not ask. Gauss-Newton from `start`
     (N, n), every measurement made linear at one shared a: no order matters.
@@ -101,7 +101,8 @@ def most_likely(
 def updated(
     on: Incidence, a: FloatArray, S: FloatArray, x: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """a (N, n) and S (N, n, n) after one more measurement x (N, m), `noise` (N, m, m), of each.
+    """Return a (N, n) and S (N, n, n) after one more measurement x (N, m), `noise` (N, m, m), of
+    each.
 
     The third value (N,) is the squared Mahalanobis length of the innovation, chi-square with p
     degrees of freedom, by which a caller may refuse the update.
@@ -122,7 +123,7 @@ def updated(
 def updated_one(
     on: Incidence, state: State, x: FloatArray, noise: FloatArray
 ) -> tuple[State, float]:
-    """`updated` for a single state and a measurement x (m,), `noise` (m, m), of it."""
+    """Update a single state with a measurement x (m,), `noise` (m, m), of it, as `updated`."""
     after = state
     for again in range(RELINEARISED):
         y, M, W, _ = _linear(on, x, noise, after.mean)
@@ -134,8 +135,8 @@ def updated_one(
 
 
 def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
-    """A measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the measured
-    x, the weight at the previous estimate.
+    """Return a measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the
+    measured x, the weight at the previous estimate.
     """
     M, y = on.equations(x)
     return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
@@ -167,8 +168,9 @@ def recursion_from_fit(
 def converted(
     S: FloatArray, a: FloatArray, to: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Another description to(a) (k,) of an estimate a (n,), with its covariance (k, k) by first
-    order; the derivative is taken by complex steps, exact to rounding (Squire and Trapp 1998).
+    """Return another description to(a) (k,) of an estimate a (n,), with its covariance (k, k) by
+    first order; the derivative is taken by complex steps, exact to rounding (Squire and Trapp
+    1998).
     """
     tiny = 1e-100
     J = np.stack([to(a + 1j * tiny * e).imag / tiny for e in np.eye(len(a))], axis=-1)

@@ -85,7 +85,7 @@ class NoPlane:
 
 
 def best_chart(normal: ArrayLike) -> Chart:
-    """The chart in which the slopes a and b of a plane with this normal are at most 1.
+    """Return the chart in which the slopes a and b of a plane with this normal are at most 1.
 
     >>> best_chart([1.0, 0.0, 0.1])
     <Chart.X: 0>
@@ -94,7 +94,8 @@ def best_chart(normal: ArrayLike) -> Chart:
 
 
 def plane_from_chart(chart: Chart, state: State) -> Plane:
-    """The plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is positive.
+    """Return the plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is
+    positive.
 
     >>> plane_from_chart(Chart.Z, State(np.array([0.0, 0.0, -3.0]), np.eye(3))).offset
     -3.0
@@ -114,7 +115,9 @@ def plane_from_chart(chart: Chart, state: State) -> Plane:
 
 
 def chart_from_plane(chart: Chart, plane: Plane) -> State:
-    """(a, b, p) of a plane with their covariance; ValueError if the plane is not in the chart."""
+    """Return (a, b, p) of a plane with their covariance; ValueError if the plane is not in the
+    chart.
+    """
     i, j, k = chart.axes
     n = plane.normal
     if abs(n[k]) < np.finfo(np.float64).eps:
@@ -130,8 +133,8 @@ def chart_from_plane(chart: Chart, plane: Plane) -> State:
 def plain_plane_recursion(
     points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
 ) -> Iterator[State]:
-    """The states (a, b, p) of the paper's recursion as printed after each point (3,); `noise`
-    (3, 3) is that of each point.
+    """Return the states (a, b, p) of the paper's recursion as printed after each point (3,);
+    `noise` (3, 3) is that of each point.
     """
     order = list(chart.axes)
     cov = np.asarray(noise, dtype=np.float64)[np.ix_(order, order)]
@@ -140,7 +143,8 @@ def plain_plane_recursion(
 
 
 def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
-    """The most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a reason.
+    """Return the most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a
+    reason.
 
     That of all the points at once (incidence.py) in the best chart, about their middle and in units
     of their spread, from a total-least-squares start. Independent of order, frame and unit. The
@@ -179,7 +183,8 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
 
 
 def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
-    """The plane through points (n, 3) whose distances from it have the joint covariance (n, n).
+    """Return the plane through points (n, 3) whose distances from it have the joint covariance (n,
+    n).
 
     Points of one fit have correlated errors: `fit_plane`, which assumes independent ones, would
     overestimate the precision of their mean.
@@ -215,7 +220,7 @@ PLANE_OF_POINTS = Incidence(_points, _by_point)
 
 
 def _moved(plane: Plane, middle: FloatArray, spread: float) -> Plane:
-    """The plane in the world, x_world = middle + spread * x."""
+    """Return the plane in the world, x_world = middle + spread * x."""
     # offset_world = spread * offset - n · middle
     J = np.eye(4)
     J[3, :3] = -middle

@@ -42,7 +42,7 @@ SCORED_AT_ONCE = 512
 
 
 def view_gain(seen: Sightings) -> FloatArray:
-    """The most that each view (n, V) can add to twice the log likelihood ratio of a point.
+    """Return the most that each view (n, V) can add to twice the log likelihood ratio of a point.
 
     2 log of the density of the pixel's noise at its middle over that of an outlier; zero where a
     view did not see the point. Never less than the gate: an inlier, however uncertain, never lowers
@@ -57,7 +57,7 @@ def view_gain(seen: Sightings) -> FloatArray:
 def pairs(
     cameras: Cameras, seen: BoolArray, partners: int
 ) -> tuple[IndexArray, IndexArray, IndexArray]:
-    """Row in `seen` (n, V), first and second view of each pair that proposes.
+    """Return the row in `seen` (n, V), first and second view of each pair that proposes.
 
     Each view that saw the point makes pairs with so many others that did, evenly spread over their
     ranks of distance from it; one partner is that of the middle rank.
@@ -95,7 +95,8 @@ def pairs(
 def pair_points(
     cameras: Cameras, seen: Sightings, owner: IndexArray, i: IndexArray, j: IndexArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Points (q, 3) halfway between the rays of two views each, and whether (q,) the rays meet.
+    """Return points (q, 3) halfway between the rays of two views each, and whether (q,) the rays
+    meet.
 
     They meet where they pass each other before both cameras within the gate of the pixels' noise.
     """
@@ -132,7 +133,7 @@ def support(
     owner: IndexArray,
     points: FloatArray,
 ) -> FloatArray:
-    """Twice the log likelihood (q,) of proposed points against chance, over all views."""
+    """Return twice the log likelihood (q,) of proposed points against chance, over all views."""
     scores = np.empty(len(owner))
     for first in range(0, len(owner), SCORED_AT_ONCE):
         part = slice(first, first + SCORED_AT_ONCE)
@@ -185,7 +186,7 @@ class Consensus:
 
     @classmethod
     def none(cls, points: int, views: int) -> Self:
-        """So many points without inliers."""
+        """Return so many points without inliers."""
         return cls(
             np.zeros((points, 3)),
             np.zeros((points, 3, 3)),
@@ -195,7 +196,7 @@ class Consensus:
         )
 
     def take(self, rows: IndexArray) -> Self:
-        """That of some of the points."""
+        """Return the consensus of some of the points."""
         return type(self)(
             self.points[rows],
             self.covs[rows],
@@ -211,12 +212,12 @@ class Consensus:
 
     @property
     def stands(self) -> BoolArray:
-        """Where (n,) there are enough inliers to prove a point against others."""
+        """Whether (n,) there are enough inliers to prove a point against others."""
         return np.asarray(self.inliers.sum(axis=1) >= LEAST_VIEWS)
 
 
 def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The consensus of the views of n points."""
+    """Return the consensus of the views of n points."""
     n, views = seen.seen.shape
     step = max(1, BLOCK // (views * max(views, FEWEST_VIEWS_OF_A_BLOCK)))
     agreed = Consensus.none(n, views)
@@ -236,7 +237,7 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The consensus of most views: by few pairs where that is clear, else by all of them."""
+    """Return the consensus of most views: by few pairs where that is clear, else by all of them."""
     view_gains = view_gain(seen)
     found = _likeliest(cameras, seen, view_gains, partners=1)
     rest = np.flatnonzero(~_clear(found, view_gains))
@@ -246,7 +247,7 @@ def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _all_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The fit of all views together; without inliers where they do not agree on it."""
+    """Return the fit of all views together; without inliers where they do not agree on it."""
     dof = np.maximum(2 * np.arange(seen.seen.shape[1] + 1) - 3, 1)
     limit = chdtri(dof, WHOLE_FIT_PROBABILITY)[seen.seen.sum(axis=1)]
     start = linear_start(cameras, seen.xy, seen.info)
@@ -268,13 +269,15 @@ def _consensus(
 
 
 def _clear(found: Consensus, view_gains: FloatArray) -> BoolArray:
-    """Whether (n,) no other point could come near, if all other views agreed on it exactly."""
+    """Return whether (n,) no other point could come near, whatever the other views agree on."""
     others = (view_gains * ~found.inliers).sum(axis=1)
     return np.asarray(found.stands & (found.gain - others >= CLEAR_LEAD))
 
 
 def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> Consensus:
-    """The likeliest points of all pairs of views; without inliers where another is as likely."""
+    """Return the likeliest points of all pairs of views; without inliers where another is as
+    likely.
+    """
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
     found = _likeliest(cameras, seen, view_gains, partners)
@@ -299,7 +302,7 @@ def _likeliest(
     partners: int,
     outside: BoolArray | None = None,
 ) -> Consensus:
-    """The likeliest points that pairs of views propose, by none of the views in a mask."""
+    """Return the likeliest points that pairs of views propose, by none of the views in a mask."""
     may = seen.seen if outside is None else seen.seen & ~outside
     owner, i, j = pairs(cameras, may, partners)
     points, meet = pair_points(cameras, seen, owner, i, j)
@@ -320,7 +323,7 @@ def _likeliest(
 def _settle(
     cameras: Cameras, seen: Sightings, view_gains: FloatArray, start: FloatArray
 ) -> Consensus:
-    """Points fitted to their inliers, which are chosen anew until none changes."""
+    """Return points fitted to their inliers, which are chosen anew until none changes."""
     inliers = seen.seen & (
         view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
     )

@@ -84,7 +84,8 @@ class NoPoint:
 
 
 def pixel_incidence(projection: FloatArray) -> Incidence:
-    """The constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3, 4).
+    """Return the constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3,
+    4).
 
     The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
     the estimate are its projection, which makes this the filter of reprojection errors.
@@ -104,8 +105,8 @@ def pixel_incidence(projection: FloatArray) -> Incidence:
 
 
 def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> Measurement:
-    """A pixel (2,) as the paper's measurement of a point; M does not depend on the estimate, but
-    the weight of equation (10) does.
+    """Return a pixel (2,) as the paper's measurement of a point; M does not depend on the estimate,
+    but the weight of equation (10) does.
     """
     x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
     return as_printed(pixel_incidence(P), x, cov)
@@ -114,7 +115,9 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
 def pixel_measurement(
     uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
 ) -> Measurement:
-    """The pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the estimate)."""
+    """Return the pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the
+    estimate).
+    """
     uv, P = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
 
     def measured(a: FloatArray) -> Linearised:
@@ -132,7 +135,7 @@ def plain_recursion(
     projections: Sequence[FloatArray],
     start: State,
 ) -> Iterator[State]:
-    """The states of the paper's recursion as printed after each observation (section 5.3).
+    """Return the states of the paper's recursion as printed after each observation (section 5.3).
 
     With `start` at the null vector and a large covariance this is the paper's filter, kept for its
     printed figures and as a baseline; use `estimate_point`.
@@ -148,7 +151,7 @@ def estimate_point(
     *,
     sd_limit: float | None = None,
 ) -> PointEstimate | NoPoint:
-    """The point that the observations agree on; falsy with its reason where there is none.
+    """Return the point that the observations agree on; falsy with its reason where there is none.
 
     `projections` (3, 4) each take the world to the pixels of a view; `observations` index them.
     With `sd_limit` (in the world's unit) the recursion stops at the first observation that brings
@@ -193,7 +196,8 @@ def estimate_point(
 def estimate_points(
     uv: ArrayLike, cov: ArrayLike, seen: ArrayLike, projections: ArrayLike
 ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
-    """Points (n, 3), covariances (n, 3, 3), used (n, V) and ok (n,): `estimate_point` for many.
+    """Return points (n, 3), covariances (n, 3, 3), used (n, V) and ok (n,): `estimate_point` for
+    many.
 
     `uv` (n, V, 2) pixels, `cov` (n, V, 2, 2), `seen` (n, V), `projections` (V, 3, 4). Where ok is
     false point and covariance are NaN and no view is used; where seen is false uv and cov are not
@@ -209,7 +213,7 @@ def estimate_points(
 
 
 def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
-    """Which of `REASONS` (n,) keeps each point from being one."""
+    """Return which of `REASONS` (n,) keeps each point from being one."""
     away = cameras.distances(found.points)
     nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)
     # The trace is at least the largest eigenvalue, and sooner known.

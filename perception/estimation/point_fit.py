@@ -76,7 +76,7 @@ def solve_points(H: FloatArray, g: FloatArray) -> FloatArray:
 def _project(
     cameras: Cameras, points: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Coordinates at depth 1 of points (n, 3), two (n, V), their depths, and 1 / depth."""
+    """Return coordinates at depth 1 of points (n, 3), two (n, V), their depths, and 1 / depth."""
     P = cameras.projections.swapaxes(0, 1).reshape(-1, 4)
     homogeneous = np.ones((len(points), 4))
     homogeneous[:, :3] = points
@@ -101,7 +101,8 @@ def _contributions(
 
 
 def linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArray:
-    """Points (n, 3) nearest to the rays through xy (n, 2, V), then weighed by information, depth.
+    """Return points (n, 3) nearest to the rays through xy (n, 2, V), then weighed by information,
+    depth.
 
     The first solution needs no depth; the second one is of the paper's implicit equations,
     (p12 - (x, y) p3) a = 0, with W = depth² Λ taken at the solution before.
@@ -127,7 +128,7 @@ def _nearest(cameras: Cameras, k: FloatArray) -> FloatArray:
 def _linearise(
     cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray
 ) -> tuple[FloatArray, Fit, FloatArray]:
-    """Cost (n,), infinite behind a camera that counts, the fit there, and g (n, 3)."""
+    """Return cost (n,), infinite behind a camera that counts, the fit there, and g (n, 3)."""
     n, views = len(points), len(cameras.centres)
     x, y, depth, reciprocal = _project(cameras, points)
     a, b, c = info[:, 0], info[:, 1], info[:, 2]
@@ -158,7 +159,7 @@ def fit_points(
     *,
     hopeless: FloatArray | None = None,
 ) -> Fit:
-    """The maximum-likelihood points of pixels with information, from `start` (n, 3).
+    """Return the maximum-likelihood points of pixels with information, from `start` (n, 3).
 
     A start behind one of its cameras is not moved: the caller sees it by the depths. Nor is a point
     whose chi-square would still be above `hopeless` (n,) after the next pass.
@@ -203,7 +204,7 @@ def fit_points(
 
 
 def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray) -> FloatArray:
-    """Squared Mahalanobis distances (n, V) of pixels from where points (n, 3) appear.
+    """Return the squared Mahalanobis distances (n, V) of pixels from where points (n, 3) appear.
 
     Huge behind a camera.
     """

@@ -16,7 +16,7 @@ MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 def pose_noise_px(
     uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
 ) -> float:
-    """Standard deviation in px, per axis, of residuals beyond the corners' own noise.
+    """Return the standard deviation in px, per axis, of residuals beyond the corners' own noise.
 
     Shapes as in `estimate_points`. Robust: from the median of the residuals over all tracks.
     """
@@ -37,8 +37,8 @@ def pose_noise_px(
 
 
 def pixel_covs(view: View, points: FloatArray) -> FloatArray:
-    """Covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n, 3) in
-    front of it; 0 where nothing is stated. They are those of each point by itself.
+    """Return covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n,
+    3) in front of it; 0 where nothing is stated. They are those of each point by itself.
     """
     if view.pose_cov is None:
         return np.zeros((len(points), 2, 2))
@@ -61,7 +61,8 @@ GROUPS = 8
 
 
 def view_groups(centres: FloatArray, count: int = GROUPS) -> NDArray[np.intp]:
-    """For each camera centre (V, 3) the number of its group of neighbours; any order, any frame.
+    """Return the number of the group of neighbours of each camera centre (V, 3), in any order and
+    frame.
 
     A camera half-way between groups goes to the smallest of them.
     """
@@ -85,7 +86,7 @@ def shared_error_factor(
     covs: FloatArray,
     groups: NDArray[np.intp],
 ) -> float:
-    """By how much the points' covariances (n, 3, 3) are too small; at least 1.
+    """Return by how much the points' covariances (n, 3, 3) are too small; at least 1.
 
     uv, cov, `used` and projections as in `estimate_points`; `groups` (V,) as by `view_groups`. The
     median over the points of the grouped jackknife's variance over the filter's.

@@ -36,7 +36,7 @@ _NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1,
 
 
 def edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) -> NDArray[np.bool_]:
-    """Zero crossings (H, W) of the Laplacian in and just round the mask, one pixel thin.
+    """Return zero crossings (H, W) of the Laplacian in and just round the mask, one pixel thin.
 
     `sd_grey` is the noise of the picture in grey levels; estimated if not given.
     """
@@ -83,7 +83,7 @@ def edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) -> NDAr
 
 
 def trace_chains(edges: NDArray[np.bool_], least_pixels: int) -> tuple[FloatArray, ...]:
-    """Chains of neighbouring edge pixels (u, v), each (n, 2) with n >= `least_pixels`.
+    """Return chains of neighbouring edge pixels (u, v), each (n, 2) with n >= `least_pixels`.
 
     A chain is walked from an end where there is one; where edges fork it goes on and the other
     branch becomes a chain of its own. A closed chain repeats its first pixel at its end.
@@ -116,7 +116,7 @@ def trace_chains(edges: NDArray[np.bool_], least_pixels: int) -> tuple[FloatArra
 
 
 def _walk(start: tuple[int, int], left: set[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Pixels from `start` on, taken out of `left`, until none is next to the last."""
+    """Return pixels from `start` on, taken out of `left`, until none is next to the last."""
     walked = []
     row, column = start
     while True:
@@ -218,13 +218,15 @@ class EdgeLine:
         return ends
 
     def offset_variance(self, point: FloatArray) -> float:
-        """Variance (px²) across the line at the foot of `point`, which may lie beyond the ends."""
+        """Return the variance (px²) across the line at the foot of `point`, which may lie beyond
+        the ends.
+        """
         lever = np.array([1.0, float(self.direction @ (point - self.middle))])
         return float(lever @ self.cov @ lever)
 
 
 def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...]:
-    """The straight pieces of a chain (n, 2), cut at slope changes and where a piece bows.
+    """Return the straight pieces of a chain (n, 2), cut at slope changes and where a piece bows.
 
     >>> corner = np.array([[u, 0] for u in range(20)] + [[19, v] for v in range(1, 20)], float)
     >>> [len(piece) for piece in straight_pieces(corner, least_px=8)]
@@ -247,7 +249,7 @@ def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...
 
 
 def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
-    """Angle (radians, 0..pi) between the chords before and after each pixel."""
+    """Return the angle (radians, 0..pi) between the chords before and after each pixel."""
     back, ahead = at - before, after - at
     cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
     turn: FloatArray = np.abs(np.arctan2(cross, (back * ahead).sum(axis=1)))
@@ -255,14 +257,14 @@ def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
 
 
 def _from_corner(loop: FloatArray) -> FloatArray:
-    """The same closed loop, open at its sharpest corner (and with that pixel at both ends)."""
+    """Return same closed loop, open at its sharpest corner (and with that pixel at both ends)."""
     turn = _turn(np.roll(loop, SUPPORT_PX, axis=0), loop, np.roll(loop, -SUPPORT_PX, axis=0))
     turned = np.roll(loop, -int(np.argmax(turn)), axis=0)
     return np.concatenate([turned, turned[:1]])
 
 
 def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:
-    """Indices of the largest turns of at least `least`, each SUPPORT_PX from the next."""
+    """Return indices of the largest turns of at least `least`, each SUPPORT_PX from the next."""
     taken: list[int] = []
     for i in np.argsort(-turn, kind="stable"):
         if turn[i] < least:
@@ -273,7 +275,7 @@ def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:
 
 
 def _without_bow(piece: FloatArray, least_px: float) -> list[FloatArray]:
-    """The piece cut where it is farthest from its chord, until no part bows (Ramer 1972)."""
+    """Return the piece cut where it is farthest from its chord, until no part bows (Ramer 1972)."""
     pending, straight = [piece], []
     while pending:
         part = pending.pop()
@@ -298,7 +300,7 @@ def fit_edge_line(
     *,
     steps: int = FIT_STEPS,
 ) -> EdgeLine | None:
-    """The line of largest likelihood through a straight piece (n, 2) of an edge, or None.
+    """Return the line of largest likelihood through a straight piece (n, 2) of an edge, or None.
 
     Grey profiles across the edge are compared with a blurred step: with levels a and a + C beside
     the edge, residual r(t) and blurred step's slope g(t), the offset of one pixel of edge is
@@ -338,7 +340,7 @@ def fit_edge_line(
 def extended_line(
     image: Image, line: EdgeLine, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
 ) -> tuple[FloatArray, FloatArray]:
-    """Ends (u, v) of the line drawn out as far as the picture shows the same step along it.
+    """Return ends (u, v) of the line drawn out as far as the picture shows the same step along it.
 
     Tracing loses an edge near its ends (the Laplacian's zero crossings leave a corner early) and
     where it is faint; the step itself goes on to the vertex.
@@ -369,7 +371,7 @@ def extended_line(
 def _profiles(
     image: Image, start: FloatArray, direction: FloatArray, along: FloatArray
 ) -> FloatArray:
-    """Grey levels (n, m) at ACROSS_PX along the normal, at n places along the line."""
+    """Return grey levels (n, m) at ACROSS_PX along the normal, at n places along the line."""
     normal = np.array([-direction[1], direction[0]])
     grid = (
         start[:, None, None]
@@ -382,7 +384,7 @@ def _profiles(
 
 
 def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Ends of the piece's least-squares line, without the stretch that its corners bend."""
+    """Return ends of the piece's least-squares line, without the stretch that its corners bend."""
     bent = min(SUPPORT_PX // 2, (len(piece) - LEAST_PROFILES) // 4)
     inner = piece[bent:-bent] if bent > 0 else piece
     middle = inner.mean(axis=0)
@@ -394,7 +396,9 @@ def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _offsets(
     profiles: FloatArray, sd_grey: float, blur_px: float
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Offset (px) of the step in each profile (n, m), its variance, and the median contrast."""
+    """Return the offset (px) of the step in each profile (n, m), its variance, and the median
+    contrast.
+    """
     slope = np.exp(-0.5 * (ACROSS_PX / blur_px) ** 2) / (np.sqrt(2.0 * np.pi) * blur_px)
     step = ndtr(ACROSS_PX / blur_px)
     outer = np.abs(ACROSS_PX) >= 2.5 * blur_px
@@ -417,7 +421,7 @@ def _offsets(
 
 
 def _middle(values: FloatArray) -> float:
-    """The upper median; numpy's own takes ten times as long on arrays of this size."""
+    """Return the upper median; numpy's own takes ten times as long on arrays of this size."""
     half = len(values) // 2
     return float(np.partition(values, half)[half])
 
@@ -425,7 +429,7 @@ def _middle(values: FloatArray) -> float:
 def _robust_line(
     lever: FloatArray, offsets: FloatArray, variances: FloatArray
 ) -> tuple[float, float, FloatArray] | None:
-    """Offset at lever 0, slope, and covariance (2, 2) of the line offset + slope lever."""
+    """Return offset at lever 0, slope, and covariance (2, 2) of the line offset + slope lever."""
     residual = offsets - _middle(offsets)
     spread = max(MAD_TO_SD * _middle(np.abs(residual)), 0.05)
     good = np.abs(residual) <= 2.0 * OUTLIER_SD * spread

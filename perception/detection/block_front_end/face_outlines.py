@@ -1,4 +1,4 @@
-"""Which tracks bound which face, as loops: step 6 of the paper's algorithm, over all pictures.
+"""Outlines of faces as loops of tracks: step 6 of the paper's algorithm, over all pictures.
 
 "If more than one vertex is available in each segmented region then consider them belonging to
 the same plane." One picture's regions may be wrong (two faces of one grey, a face parted by a
@@ -52,7 +52,7 @@ def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArr
 
 
 def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
-    """The regions within BORDER_PX of a pixel."""
+    """Return the regions within BORDER_PX of a pixel."""
     u, v = round(float(uv[0])), round(float(uv[1]))
     window = regions.labels[
         max(0, v - BORDER_PX) : v + BORDER_PX + 1, max(0, u - BORDER_PX) : u + BORDER_PX + 1
@@ -61,7 +61,7 @@ def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
 
 
 def _on_border(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
-    """The regions that a pixel lies on the border of, none where it is inside one."""
+    """Return the regions that a pixel lies on the border of, none where it is inside one."""
     height, width = regions.labels.shape
     if not (0 <= uv[0] <= width - 1 and 0 <= uv[1] <= height - 1):
         return frozenset()
@@ -78,7 +78,7 @@ def _sightings(
     regions: tuple[PlaneRegions, ...],
     views: tuple[View, ...],
 ) -> list[_Sighting]:
-    """The regions of all views that show one plane, with the tracks that border them.
+    """Return the regions of all views that show one plane, with the tracks that border them.
 
     A track that a view missed counts where its point falls on a region's border: in the region's
     plane it is one of its corners, in front of the plane it shows that the region is two faces
@@ -113,7 +113,7 @@ def _sightings(
 def _in_front(
     points: FloatArray, members: frozenset[int], others: list[int], eye: FloatArray
 ) -> FloatArray:
-    """How far the others stand in front of the members' plane as seen from `eye`, over the
+    """Return how far the others stand in front of the members' plane as seen from `eye`, over the
     members' size, (n,).
     """
     own = points[sorted(members)]
@@ -125,7 +125,7 @@ def _in_front(
 
 
 def _flat(points: FloatArray, members: frozenset[int]) -> bool:
-    """Whether the members' points lie in one plane."""
+    """Return whether the members' points lie in one plane."""
     own = points[sorted(members)]
     if not np.isfinite(own).all():
         return False
@@ -138,7 +138,7 @@ def _flat(points: FloatArray, members: frozenset[int]) -> bool:
 
 
 def _groups(sightings: list[_Sighting], points: FloatArray) -> list[list[_Sighting]]:
-    """The sightings of each face: those that share three tracks and lie in one plane."""
+    """Return the sightings of each face: those that share three tracks and lie in one plane."""
     groups: list[tuple[frozenset[int], list[_Sighting]]] = []
     for sighting in sorted(sightings, key=lambda s: (-len(s.tracks), s.view, s.region)):
         for index, (tracks, group) in enumerate(groups):
@@ -152,7 +152,7 @@ def _groups(sightings: list[_Sighting], points: FloatArray) -> list[list[_Sighti
 
 
 def _members(group: list[_Sighting], tracks: tuple[Track, ...]) -> frozenset[int]:
-    """The tracks that most of the pictures that show them and the face put on the face."""
+    """Return the tracks that most of the pictures that show them and the face put on the face."""
     views = {s.view for s in group}
     voted = []
     for index in sorted(frozenset().union(*(s.tracks for s in group))):
@@ -170,7 +170,7 @@ def _loop(
     views: tuple[View, ...],
     regions: tuple[PlaneRegions, ...],
 ) -> tuple[int, ...]:
-    """The members in the order of the region's outline where most of them border it,
+    """Return the members in the order of the region's outline where most of them border it,
     counter-clockwise as seen from there, which is from outside.
     """
     best = max(group, key=lambda s: (len(s.tracks & members), -s.view))
@@ -194,7 +194,7 @@ def _loop(
 def face_outlines(
     tracks: tuple[Track, ...], regions: tuple[PlaneRegions, ...], views: tuple[View, ...]
 ) -> tuple[tuple[int, ...], ...]:
-    """The faces' outlines: loops of track indices, counter-clockwise as seen from outside.
+    """Return the faces' outlines: loops of track indices, counter-clockwise as seen from outside.
 
     `regions` are those of each view. ValueError if their numbers differ. Faces with the most
     votes come first; of two faces with the same tracks one is kept.

@@ -54,7 +54,7 @@ def picture_features(
     threshold: int | None = PAPER_THRESHOLD,
     grow: bool = True,
 ) -> PictureFeatures:
-    """Steps 2 to 4 and 6 of the paper's algorithm on one grey picture (H, W).
+    """Apply steps 2 to 4 and 6 of the paper's algorithm to one grey picture (H, W).
 
     `threshold` None chooses it by the picture's histogram: the valley between its two peaks, or
     Otsu's where it has not two. `grow` adds faces in the shade to the localised region. Where
@@ -78,7 +78,7 @@ def picture_features(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BlockFeatures:
-    """What the front end found: per view its features and labelled vertices; the tracks; the
+    """Results of the front end: per view its features and labelled vertices; the tracks; the
     faces' outlines as loops of track indices, counter-clockwise seen from outside; and the views
     in which nothing was found, with the reason.
     """

@@ -79,13 +79,13 @@ def _reach(size: float) -> float:
 
 
 def _drawn_out(image: Image, line: EdgeLine, sd_grey: float) -> EdgeLine:
-    """The line extended to where its step ends, and refitted over that length."""
+    """Return the line extended to where its step ends, and refitted over that length."""
     start, end = extended_line(image, line, sd_grey)
     return _refitted(image, start, end, sd_grey) or line
 
 
 def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) -> EdgeLine | None:
-    """The line fitted between two ends, and reaching to their feet on it."""
+    """Return the line fitted between two ends, and reaching to their feet on it."""
     steps = np.linspace(0.0, 1.0, int(np.hypot(*(end - start))) + 2)[:, None]
     line = fit_edge_line(image, start + (end - start) * steps, sd_grey)
     if line is None:
@@ -101,7 +101,7 @@ def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) 
 
 
 def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
-    """Whether two lines (a the longer) are pieces of one edge, brighter on the same side."""
+    """Return whether two lines (a the longer) are pieces of one edge, brighter on the same side."""
     if a.direction @ b.direction < np.cos(SAME_LINE_ANGLE):
         return False
     ends = np.array([(p - a.start) @ a.direction for p in (b.start, b.end)])
@@ -118,7 +118,7 @@ def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
 
 
 def _covers(long: EdgeLine, short: EdgeLine) -> bool:
-    """Whether the longer line is the same edge as the shorter and reaches over all of it."""
+    """Return whether the longer line is the same edge as the shorter and reaches over all of it."""
     along = [float((p - long.start) @ long.direction) for p in (short.start, short.end)]
     return min(along) >= 0 and max(along) <= long.length and _one_edge(long, short, 0.0)
 
@@ -126,7 +126,7 @@ def _covers(long: EdgeLine, short: EdgeLine) -> bool:
 def merged_lines(
     image: Image, lines: tuple[EdgeLine, ...], sd_grey: float, gap: float
 ) -> tuple[EdgeLine, ...]:
-    """The lines with pieces of one edge joined and refitted over their common length."""
+    """Return the lines with pieces of one edge joined and refitted over their common length."""
     todo = sorted(lines, key=lambda line: -line.length)
     done: list[EdgeLine] = []
     while todo:
@@ -149,7 +149,7 @@ def merged_lines(
 
 
 def _crossing(a: EdgeLine, b: EdgeLine) -> FloatArray:
-    """Point where two lines that are not parallel cross."""
+    """Return the point where two lines that are not parallel cross."""
     normals = np.array([a.normal, b.normal])
     crossing: FloatArray = np.linalg.solve(
         normals, np.array([a.normal @ a.start, b.normal @ b.start])
@@ -169,7 +169,7 @@ def _passes(line: EdgeLine, point: FloatArray) -> bool:
 def _meeting(
     lines: tuple[EdgeLine, ...], members: set[int], first: FloatArray
 ) -> tuple[FloatArray, FloatArray, set[int]] | None:
-    """Vertex (2,), covariance and lines after lines that miss it are left out, or None.
+    """Return the vertex (2,), covariance and lines after lines that miss it are left out, or None.
 
     Covariance (sum n n^T / v)^-1 over the lines, v each line's variance at the vertex.
     """
@@ -198,7 +198,7 @@ def _meeting(
 
 
 def _widest_angle(lines: tuple[EdgeLine, ...], used: set[int]) -> float:
-    """Largest angle (0..pi/2) between two of the lines."""
+    """Return the largest angle (0..pi/2) between two of the lines."""
     directions = np.array([lines[i].direction for i in sorted(used)])
     return float(np.arccos(np.clip(np.abs(directions @ directions.T), 0.0, 1.0)).max())
 

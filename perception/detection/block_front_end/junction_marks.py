@@ -20,7 +20,8 @@ from facetlog.perception.line_drawing import LineDrawing
 def picture_drawing(
     vertices: tuple[ImageVertex, ...], lines: tuple[EdgeLine, ...]
 ) -> tuple[LineDrawing, tuple[int, ...]]:
-    """The drawing, whose first points are the vertices, and which edge each of its lines is of.
+    """Return the drawing, whose first points are the vertices, and which edge each of its lines is
+    of.
 
     A line's direction is that of its edge, as uncertain as this is. Where an edge goes on beyond
     its last vertex, it ends in a point of its own.
@@ -52,7 +53,7 @@ def picture_drawing(
 def with_junctions(
     labelled: tuple[LabelledVertex, ...], lines: tuple[EdgeLine, ...], quarters: int | None
 ) -> tuple[LabelledVertex, ...]:
-    """The vertices of one picture; those without a label get a mark that no other one has.
+    """Return the vertices of one picture; those without a label get a mark that no other one has.
 
     `quarters` says which side the picture shows: marks of one side can be compared.
     """

@@ -68,7 +68,7 @@ JOINED_SHARE = 0.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sight:
-    """What the views show, and what was concluded from them.
+    """Evidence of the views, and the conclusions drawn so far.
 
     `taken` are the pixels that found faces explain, V pictures of 0 and 1; `behind` says whether
     one sees through an outline; `pixel` is a pixel's length at the usual distance.
@@ -116,7 +116,7 @@ class BoardSearch:
             self._add(face)
 
     def run(self) -> tuple[SelectedFace, ...]:
-        """The likeliest board, then the next, until what is left is as likely by chance."""
+        """Return the likeliest board, then the next, until what is left is as likely by chance."""
         found: list[SelectedFace] = []
         while True:
             ratio, coverage = self._evidence()

@@ -102,7 +102,8 @@ def select_faces(
     texture: TexturePoints | None = None,
     patches: Sequence[TexturePlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
-    """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
+    """Select faces on the planes, the best first; and in each view the pixels (H, W) they explain,
+    1.
 
     None of them is the ground. Of the cloud's lines `score` (n,) is their log-likelihood ratio, and
     `profiles` say how far they are covered; what views see lines of `behind` through is no face.

@@ -91,7 +91,7 @@ class Pictures:
     segments: tuple[FloatArray, ...]
 
     def select(self, kept: Sequence[int]) -> "Pictures":
-        """The chosen ones."""
+        """Return the chosen pictures."""
 
         def those(all_: tuple[T, ...]) -> tuple[T, ...]:
             return tuple(all_[k] for k in kept)
@@ -105,7 +105,7 @@ class Pictures:
         )
 
     def extended_by(self, others: "Pictures") -> "Pictures":
-        """These and others after them."""
+        """Return these pictures and others after them."""
         return Pictures(
             (*self.views, *others.views),
             (*self.factors, *others.factors),
@@ -121,7 +121,7 @@ def line_front_end(
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> TrackedFaces:
-    """Faces with their corners tracked through the views, found by lines first.
+    """Find faces with their corners tracked through the views, by lines first.
 
     Poses are corrected until the views' segments agree, so that correspondences are found; the
     tracks are pixels, and the corrected poses are used for nothing else.
@@ -135,7 +135,7 @@ def prepared_pictures(
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Pictures:
-    """What each view shows by itself."""
+    """Find the edges and segments of each view."""
     working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
@@ -151,7 +151,7 @@ def prepared_pictures(
 
 
 def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -> TrackedFaces:
-    """`line_front_end` of views that were looked at."""
+    """Find the tracked faces of prepared pictures, as `line_front_end` does."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
         cloud, use = shown_lines(views, maps, segments)
@@ -258,7 +258,7 @@ def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -
 
 
 def _lines_of(pictures: Pictures, views: Sequence[View]) -> FloatArray:
-    """3-D segments (n, 2, 3) of pictures with the poses of these views."""
+    """Return 3-D segments (n, 2, 3) of pictures with the poses of these views."""
     cloud, _ = shown_lines(views, pictures.maps, pictures.segments)
     return cloud.segments
 

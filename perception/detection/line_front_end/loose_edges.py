@@ -46,7 +46,7 @@ def find_loose_edges(
     seen: NDArray[np.bool_],
     up: FloatArray | None,
 ) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
+    """Return loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
 
     `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) says which
     views show which segment: one seen through a face, as of texture at a wrong depth, is dropped.
@@ -88,7 +88,7 @@ def find_loose_edges(
 
 
 def _are_bars(segments: FloatArray, pixel: float) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) are an outline of a bar: another runs along them beside."""
+    """Return which segments (n, 2, 3) are an outline of a bar: another runs along them beside."""
     span = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(span, axis=1)
     unit = span / length[:, None]

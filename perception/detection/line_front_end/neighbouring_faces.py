@@ -60,7 +60,7 @@ def neighbouring_faces(
     ground: Ground | None,
     pixel: float,
 ) -> tuple[SelectedFace, ...]:
-    """The faces that found ones propose, those whose edges are shown the most clearly first.
+    """Return the faces that found ones propose, those whose edges are shown the most clearly first.
 
     Of those that are implied no view shows anything. `taken` are the pixels that found faces
     explain, V pictures of 0 and 1; `pixel` is a pixel's length at the usual distance.

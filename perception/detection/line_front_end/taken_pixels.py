@@ -20,9 +20,10 @@ def take_pixels(
     shown: NDArray[np.bool_],
     rings: Sequence[FloatArray],
 ) -> None:
-    """Adds to `taken`, of each view its pixels (H, W), 1 where they are explained, those within the
+    """Add to `taken`, of each view its pixels (H, W), 1 where they are explained, those within the
     outline of a face and outside of its holes (`rings`, the outline first), in the views (V,) that
-    are `shown` to show it."""
+    are `shown` to show it.
+    """
     for k in np.nonzero(shown)[0].tolist():
         drawn = [project_points(views[k].projection, ring) for ring in rings]
         if all((depth > 0).all() for _, depth in drawn):

@@ -64,7 +64,7 @@ def texture_faces(
     ground: Ground | None,
     cloud: LineCloud,
 ) -> tuple[SelectedFace, ...]:
-    """The texture patches that are faces beside those found, the likeliest first.
+    """Return the texture patches that are faces beside those found, the likeliest first.
 
     The outline of each is the hull of its points; none of its sides is an edge. `taken` are the
     pixels that found faces explain, V pictures of 0 and 1.

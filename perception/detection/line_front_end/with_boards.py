@@ -27,7 +27,8 @@ def with_boards(
     behind: LinesBehind,
     pixel: float,
 ) -> tuple[SelectedFace, ...]:
-    """The `faces`, and the level boards between those that stand upright opposite each other.
+    """Return the `faces`, and the level boards between those that stand upright opposite each
+    other.
 
     `taken` are the pixels that found faces explain, V pictures of 0 and 1; `pixel` is a pixel's
     length at the usual distance. Without a ground nothing says what is level: then as they are.

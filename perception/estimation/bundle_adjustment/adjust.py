@@ -74,7 +74,7 @@ class Adjusted:
         return tuple(replace(v, pose=p, camera=v.camera.zoomed(f)) for v, p, f in placed)
 
     def undistorted(self, tracks: Tracks) -> Tracks:
-        """The tracks undistorted: as pinholes would show them."""
+        """Return the tracks undistorted: as pinholes would show them."""
         return replace(tracks, uv=self.problem.lenses.undistorted(self.lens, tracks.uv))
 
     @property
@@ -89,7 +89,8 @@ class Adjusted:
     def errors_at(
         self, tracks: Tracks, points: FloatArray, factor: float = 1.0
     ) -> tuple[FloatArray, FloatArray]:
-        """Errors of points (m, 3) estimated from tracks at the adjusted poses: own and shared.
+        """Return errors of points (m, 3) estimated from tracks at the adjusted poses: own and
+        shared.
 
         Errors of points i and j have the covariance δij own_i + shared_iᵀ shared_j, with `own`
         (m, 3, 3) of the pixels and `shared` (m, 6 V + 2 C, 3) of poses and lenses, where the
@@ -113,7 +114,8 @@ def adjust(
     least_px: float = LEAST_PX,
     lens_is_off: bool = False,
 ) -> Adjusted:
-    """The most likely poses and points of the tracks, from the views' poses and `points` (n, 3).
+    """Return the most likely poses and points of the tracks, from the views' poses and `points` (n,
+    3).
 
     `errors` are the stated pose errors; beyond them poses have independent errors of a size that is
     estimated from the residuals. `extra_px` is the apparent pixel noise at the views' poses; `near`
@@ -177,7 +179,7 @@ def _normal(
 
 
 def _fitted(problem: Problem, prior: Prior, state: State, sizes: Sizes) -> State:
-    """Gauss-Newton, with shorter steps where a whole one does not help."""
+    """Fit the state by Gauss-Newton, with shorter steps where a whole one does not help."""
     belief, _ = prior.precision(sizes.pose_sd, sizes.lens_sd)
 
     def normal(there: State, at: Linear) -> _Normal:

@@ -24,7 +24,8 @@ from facetlog.perception.types import FloatArray, PoseErrors, View
 
 
 def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArray) -> FloatArray:
-    """Covariances (n, 3, 3) of points (n, 3) after the best rigid alignment of all with the truth.
+    """Return covariances (n, 3, 3) of points (n, 3) after the best rigid alignment of all with the
+    truth.
 
     Before it the errors of points i and j have the covariance δij own_i + shared_iᵀ shared_j, with
     `own` (n, 3, 3) and `shared` (n, m, 3). The alignment weights points by their precision.
@@ -91,7 +92,8 @@ def adjusted_points(
     errors: PoseErrors | None = None,
     lens_is_off: bool = False,
 ) -> AdjustedPoints:
-    """The points of tracks whose `used` says what was seen; not adjusted where these are too few.
+    """Return the points of tracks whose `used` says what was seen; not adjusted where these are too
+    few.
 
     `errors` are the stated errors of the views' poses; `lens_is_off` as of `adjust`. Residuals
     weighted by the corners' own covariances are too small where the most certain corners are
@@ -124,7 +126,9 @@ def adjusted_points(
 
 
 def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
-    """The points of tracks at the adjusted poses, with the errors of these in their covariances."""
+    """Return the points of tracks at the adjusted poses, with the errors of these in their
+    covariances.
+    """
     straight = tracks if at.adjusted is None else at.adjusted.undistorted(tracks)
     found = _estimated(straight, at.views, at.extra_px)
     return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))

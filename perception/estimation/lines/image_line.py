@@ -48,7 +48,7 @@ class ImageLine:
         return converted(self.state.cov, self.state.mean, line)
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
-        """The same line in a chart, about another origin where one is given.
+        """Return the same line in a chart, about another origin where one is given.
 
         ValueError if it is parallel to the chart's axis.
         """
@@ -85,7 +85,7 @@ POINT_ON_LINE = Incidence(_equations, _by_point)
 
 
 def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
-    """The most likely line of pixels (n, 2), n at least 2, with covariances (n, 2, 2).
+    """Return the most likely line of pixels (n, 2), n at least 2, with covariances (n, 2, 2).
 
     About the pixels' middle, in the chart in which its slope is at most 1. ValueError for pixels
     that are all one.

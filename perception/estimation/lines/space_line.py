@@ -51,7 +51,8 @@ class SpaceLine:
         return converted(self.state.cov, self.state.mean, self._drawn)
 
     def near(self, point: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A point (3,) known to be on the line, projected onto it, and its covariance (3, 3).
+        """Return a point (3,) known to be on the line, projected onto it, and its covariance (3,
+        3).
 
         Across the line it has the line's covariance, along the line its own (3, 3).
         """
@@ -67,8 +68,8 @@ class SpaceLine:
         return on + self.origin, known
 
     def seen(self, image: ImageLine, projection: FloatArray) -> tuple[Self, float]:
-        """The line after one more view, with `projection` (3, 4), shows it as `image`; and the
-        squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
+        """Return the line after one more view, with `projection` (3, 4), shows it as `image`; and
+        the squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
         """
         planes, noise = _shifted(*_viewing_planes([image], [projection]), self.origin)
         (x,), (cov,) = _in_order(planes, noise, self.chart)
@@ -76,7 +77,7 @@ class SpaceLine:
         return replace(self, state=state).in_best_chart(), chi2
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
-        """The same line in another chart, about another origin where one is given.
+        """Return the same line in another chart, about another origin where one is given.
 
         ValueError if it is orthogonal to the chart's axis.
         """
@@ -96,7 +97,7 @@ class SpaceLine:
         return type(self)(chart, State(mean, cov), about)
 
     def in_best_chart(self) -> Self:
-        """The same line where no slope is beyond MAX_SLOPE."""
+        """Return the same line where no slope is beyond MAX_SLOPE."""
         if np.abs(self.state.mean[:2]).max() <= MAX_SLOPE:
             return self
         return self.in_chart(best_chart(self._drawn(self.state.mean)[:3]))
@@ -160,7 +161,7 @@ PLANE_OF_LINES = Incidence(_lines, _by_line)
 
 
 def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
-    """The most likely line of points (n, 3), n at least 2, with covariances (n, 3, 3)."""
+    """Return the most likely line of points (n, 3), n at least 2, with covariances (n, 3, 3)."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or len(x) < 2 or noise.shape != (len(x), 3, 3):
         raise ValueError(f"points {x.shape} and covariances {noise.shape} make no line")
@@ -182,7 +183,8 @@ def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[Spa
 
 
 def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
-    """The most likely line that views with projections (3, 4) show as lines in their pictures.
+    """Return the most likely line that views with projections (3, 4) show as lines in their
+    pictures.
 
     The plane through a pinhole and a line in its picture holds the line in space. ValueError where
     the planes are one: views from places that the line is in a plane with.
@@ -223,7 +225,7 @@ def line_of_images_recursion(
 
 
 def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
-    """The most likely plane of lines, at least two of them, with its covariance.
+    """Return the most likely plane of lines, at least two of them, with its covariance.
 
     ValueError where the lines are one.
     """

@@ -49,16 +49,16 @@ class DriftingViews:
     chain: PoseChain | SinglePoses
 
     def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
-        """The chosen views moved by these twists, one for each of them."""
+        """Return the chosen views moved by these twists, one for each of them."""
         placed = zip(chosen, twists, strict=True)
         return tuple(replace(self.views[k], pose=self.pose(k, twist)) for k, twist in placed)
 
     def pose(self, k: int, twist: FloatArray) -> Pose:
-        """The pose of view k with this twist (6,)."""
+        """Return the pose of view k with this twist (6,)."""
         return moved(self.views[k].pose, twist, self.chain.about)
 
     def first(self, count: int) -> "DriftingViews":
-        """The first so many of them."""
+        """Return the first so many of them."""
         return DriftingViews(
             self.views[:count], self.maps[:count], self.segments[:count], self.chain
         )
@@ -71,7 +71,7 @@ def align(
     use: NDArray[np.bool_],
     search_px: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """One step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
+    """Take one step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
 
     `use` (n, V) says which segment is searched in which view.
     """
@@ -118,7 +118,7 @@ def align_one(
     segments: FloatArray,
     search_px: float,
 ) -> FloatArray:
-    """One step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
+    """Take one step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
 
     `expected` are the mean and covariance of its prior.
     """
@@ -137,7 +137,9 @@ def align_one(
 def _readings(
     view: View, edges: EdgeMap, points: FloatArray, about: FloatArray, search_px: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Jacobians by the view's twist (n, m, 6) and the point (n, m, 3); errors, weights (n, m)."""
+    """Return Jacobians by the view's twist (n, m, 6) and the point (n, m, 3); errors, weights (n,
+    m).
+    """
     read = read_edges(view, edges, points, search_px)
     by_point = point_jacobian(view, points, read)
     # The camera's twist moves the world the other way: dX = -(turn x r + shift), r from `about`.
@@ -164,7 +166,7 @@ def drifting_views(
     reach_px: float | None = None,
     noises: Sequence[Noise] | None = None,
 ) -> DriftingViews:
-    """The views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
+    """Return the views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
     maps, segments = [], []
     for view, noise in zip(views, noises or (working_noise(v.image) for v in views), strict=True):
         coarser = coarse_pictures(view.image, noise)
@@ -174,7 +176,7 @@ def drifting_views(
 
 
 def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None) -> DriftingViews:
-    """The same in pictures shrunk to this share of their sides."""
+    """Return the views with pictures shrunk to this share of their sides."""
     views = [_shrunk(view, share) for view in drifting.views]
     return drifting_views(views, drifting.chain, reach_px)
 
@@ -182,7 +184,7 @@ def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None
 def fitted(
     drifting: DriftingViews, twists: FloatArray, searches_px: Sequence[float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Twists and segments after a joint fit of all views that have a twist."""
+    """Return twists and segments after a joint fit of all views that have a twist."""
     here = drifting.first(len(twists))
     lines = lines_of(here, twists)
     segments = lines.segments
@@ -192,7 +194,7 @@ def fitted(
 
 
 def lines_of(drifting: DriftingViews, twists: FloatArray) -> Lines:
-    """The 3-D segments of the views at these twists (V, 6)."""
+    """Return the 3-D segments of the views at these twists (V, 6)."""
     views = drifting.at(range(len(drifting.views)), twists)
     cloud, use = shown_lines(views, drifting.maps, drifting.segments)
     share = explained_share(cloud.segments, use, views, drifting.segments)

@@ -35,11 +35,13 @@ class PoseChain:
     steps: FloatArray
 
     def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before it."""
+        """Return the mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before
+        it.
+        """
         return twists[k - 1], self.steps[k - 1]
 
     def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Adds the chain's own normal equations of the first twists (V, 6) to h and g."""
+        """Add the prior's normal equations of the first twists (V, 6) to h and g."""
         belief = np.linalg.inv(self.first)
         h[:6, :6] += belief
         g[:6] -= belief @ twists[0]
@@ -63,11 +65,13 @@ class SinglePoses:
     covs: FloatArray
 
     def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (6,) and covariance (6, 6) of the twist of view k, independent of the others."""
+        """Return the mean (6,) and covariance (6, 6) of the twist of view k, independent of the
+        others.
+        """
         return np.zeros_like(twists[0]), self.covs[k]
 
     def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Adds the normal equations of the first twists (V, 6) to h and g."""
+        """Add the prior's normal equations of the first twists (V, 6) to h and g."""
         for k, twist in enumerate(twists):
             at = slice(6 * k, 6 * k + 6)
             belief = np.linalg.inv(self.covs[k])
@@ -76,7 +80,7 @@ class SinglePoses:
 
 
 def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
-    """The pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
+    """Return the pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
     turn = Rotation.from_rotvec(twist[:3]).as_matrix()
     return Pose(turn @ pose.rotation, turn @ (pose.centre - about) + about + twist[3:])
 
@@ -84,7 +88,7 @@ def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
 def pose_chain(
     poses: Sequence[Pose], covariances: FloatArray, about: FloatArray, distance: float
 ) -> PoseChain:
-    """The chain of poses, in the order in which they were taken.
+    """Return the chain of poses, in the order in which they were taken.
 
     `covariances` (V, 6, 6) are of place (world units) and of a rotation vector (radians), both in
     the world frame; they grow from pose to pose as the odometry's do. Where they become smaller
@@ -102,7 +106,7 @@ def pose_chain(
 
 
 def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
-    """The covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
+    """Return covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
     # The camera's place moves by turn x (centre - about) + shift.
     x, y, z = pose.centre - about
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -114,7 +118,7 @@ def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
 
 
 def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
-    """What the step between two poses adds to the covariance (6, 6) of their twists.
+    """Return what the step between two poses adds to the covariance (6, 6) of their twists.
 
     None where the odometry restarted.
     """

@@ -52,7 +52,7 @@ PX_A_UNIT = 2.0
 def registered(
     drifting: DriftingViews, k: int, twists: FloatArray, segments: FloatArray
 ) -> FloatArray:
-    """The twist (6,) of view k that shows segments (n, 2, 3) best, within its prior."""
+    """Return the twist (6,) of view k that shows segments (n, 2, 3) best, within its prior."""
     before, step = drifting.chain.expected(k, twists)
     rng = np.random.default_rng(k)
     drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
@@ -140,7 +140,7 @@ def refined_views(
     covariances: FloatArray,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> RefinedViews:
-    """The views with their poses corrected; in the order in which they were taken.
+    """Return the views with their poses corrected; in the order in which they were taken.
 
     `covariances` (V, 6, 6): of each camera's place (world units) and of a rotation vector
     (radians), both in the world frame, as they accumulate in odometry. `progress` is called with
@@ -188,7 +188,7 @@ def refined_views(
 def with_refined_poses(
     view_set: ViewSet, progress: Callable[[str, int, int], None] | None = None
 ) -> ViewSet:
-    """The set with its poses corrected, and a line about that among its problems.
+    """Return the set with its poses corrected, and a line about that among its problems.
 
     Only poses from odometry are corrected: independent errors are left to bundle adjustment.
     ValueError if the covariances of the poses are not stated.
@@ -214,7 +214,7 @@ def _angle(rotation: FloatArray) -> float:
 
 
 def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
-    """Twists (FIRST, 6) of the first views, from coarse pictures to fine ones, and segments."""
+    """Fit twists (FIRST, 6) of the first views and segments, from coarse pictures to fine ones."""
     first = full.first(min(FIRST, len(views)))
     twists, segments = np.zeros((len(first.views), 6)), np.zeros((0, 2, 3))
     for share in COARSE_TO_FINE:
@@ -226,7 +226,9 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
 
 
 def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
-    """The twists with those of suspect views registered again; unchanged where none gains by it."""
+    """Return the twists with those of suspect views registered again; unchanged where none gains by
+    it.
+    """
     lines = lines_of(drifting, twists)
     shares = np.array([shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
     better = twists
@@ -241,7 +243,7 @@ def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
 
 
 def shown_share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
-    """The share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
+    """Return share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
     view = drifting.at([k], twist[None])
     use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
     return explained_share(segments, use, view, [drifting.segments[k]])

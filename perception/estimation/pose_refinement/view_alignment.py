@@ -57,7 +57,8 @@ def aligned_views(
     lines: FloatArray,
     use: NDArray[np.bool_],
 ) -> tuple[View, ...] | None:
-    """The views at poses where their straight segments (n, 4) agree; None where they already do.
+    """Return the views at poses where their straight segments (n, 4) agree; None where they already
+    do.
 
     `lines` (n, 2, 3) are the 3-D segments at the poses given, `use` (n, V) which view shows which.
     """
@@ -89,7 +90,7 @@ def aligned_views(
 def _moved(
     full: DriftingViews, twists: FloatArray, lines: FloatArray, use: NDArray[np.bool_]
 ) -> bool:
-    """Whether the 3-D segments move significantly in the pictures of many views."""
+    """Return whether the 3-D segments move significantly in the pictures of many views."""
     motion = []
     for k, view in enumerate(full.at(range(len(full.views)), twists)):
         ends = lines[use[:, k]]

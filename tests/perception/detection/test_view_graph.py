@@ -1,4 +1,4 @@
-"""What a set of cameras looks at, how much each counts, and which pair up."""
+"""The focus of a set of cameras, how much each counts, and which pair up."""
 
 import cv2
 import numpy as np

@@ -23,7 +23,8 @@ MIN_WEIGHT = 2.0
 def surface_beside(
     photos: PhotometricViews, normal: FloatArray, segments: FloatArray, pixel: float
 ) -> NDArray[np.bool_]:
-    """Whether a plane is surface right beside its segments (n, 2, 3), on either side: (2, n).
+    """Return whether a plane is surface right beside its segments (n, 2, 3), on either side: (2,
+    n).
 
     First as seen from its front, then from its back; `pixel` is the length of a pixel there.
     """

@@ -49,7 +49,7 @@ class Outline:
 def find_outlines(
     plane: PlaneHypothesis, cloud: LineCloud, profiles: LineProfiles
 ) -> tuple[Outline, ...]:
-    """The best outlines on a plane, by score."""
+    """Return the best outlines on a plane, by score."""
     segments, end_covs, support, pixel = (
         cloud.segments,
         cloud.end_covs,

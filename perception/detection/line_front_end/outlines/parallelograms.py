@@ -24,7 +24,8 @@ MIN_SIDE_PX = 10.0
 def parallelograms(
     segments: FloatArray, plane: PlaneHypothesis, pixel: float
 ) -> tuple[FloatArray, ...]:
-    """Parallelograms (4, 3) of a plane with two of their sides on segments (n, 2, 3) that meet.
+    """Return parallelograms (4, 3) of a plane with two of their sides on segments (n, 2, 3) that
+    meet.
 
     From the corner the sides reach to their segments' ends; the segments lie near the plane,
     `pixel` is a pixel's length there. Those come first whose sides the segments leave out least.

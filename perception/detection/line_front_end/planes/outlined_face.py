@@ -1,4 +1,4 @@
-"""What any found face has, whatever else is known of it."""
+"""Protocol of a found face: its corners and normal."""
 
 from typing import Protocol
 

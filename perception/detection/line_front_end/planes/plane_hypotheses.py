@@ -41,7 +41,7 @@ class PlaneHypothesis:
 def plane_hypotheses(
     segments: FloatArray, end_covs: FloatArray, support: FloatArray, pixel: float
 ) -> tuple[PlaneHypothesis, ...]:
-    """Planes through pairs of segments (n, 2, 3) that meet, best supported first.
+    """Return planes through pairs of segments (n, 2, 3) that meet, best supported first.
 
     `end_covs` (n, 2, 3, 3) are the covariances of the ends, `pixel` is the length of one pixel at
     the object. A plane needs MIN_LINES segments as inliers.
@@ -146,5 +146,5 @@ def _fit(
 
 
 def plane_basis(normal: FloatArray) -> FloatArray:
-    """Two unit vectors (3, 2) that span the plane across `normal`."""
+    """Return two unit vectors (3, 2) that span the plane across `normal`."""
     return plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T

@@ -22,7 +22,8 @@ SQUARE_SLOPE = float(np.tan(np.radians(0.5)))
 
 
 def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[FloatArray]:
-    """Normals near one that are parallel or square to `known` ones, what binds it most first.
+    """Return normals near one that are parallel or square to `known` ones, what binds it most
+    first.
 
     Of the known ones those come first that count most.
     """
@@ -44,7 +45,7 @@ def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[
 
 
 def is_square(normal: FloatArray, wanted: FloatArray) -> bool:
-    """Whether a normal is as near to a square one as things are built."""
+    """Return whether a normal is as near to a square one as things are built."""
     return bool(np.linalg.norm(np.cross(normal, wanted)) < SQUARE_SLOPE)
 
 
@@ -55,7 +56,8 @@ def seen_on_plane(
     cloud: LineCloud,
     centre: FloatArray,
 ) -> FloatArray:
-    """Where a ray from a centre (3,) through each corner (k, 3) of a plane meets the plane turned.
+    """Return where a ray from a centre (3,) through each corner (k, 3) of a plane meets the plane
+    turned.
 
     It has another normal and goes on through the middle of its lines, each end of them counted by
     how well it is known.

@@ -28,7 +28,7 @@ def with_texture_planes(
     texture: TexturePoints,
     cloud: LineCloud,
 ) -> tuple[ChosenPlane, ...]:
-    """The planes chosen by lines, then those of texture patches that are not among them."""
+    """Return the planes chosen by lines, then those of texture patches that are not among them."""
     planes = list(chosen)
     for patch in patches:
         own = as_hypothesis(patch, texture, cloud)
@@ -38,7 +38,7 @@ def with_texture_planes(
 
 
 def as_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
-    """The plane of a patch, with its points and the segments that lie on it."""
+    """Return the plane of a patch, with its points and the segments that lie on it."""
     off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
     lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
     covs = texture.covs[patch.points]

@@ -47,7 +47,7 @@ class TextureFeatures:
 
 
 def common_direction(views: Sequence[View]) -> FloatArray:
-    """The direction (3,) of the world that the views look along least."""
+    """Return the direction (3,) of the world that the views look along least."""
     axes = np.array([v.pose.rotation[:, 2] for v in views])
     _, vectors = np.linalg.eigh(axes.T @ axes)
     return np.asarray(vectors[:, 0])
@@ -56,7 +56,7 @@ def common_direction(views: Sequence[View]) -> FloatArray:
 def texture_features(
     view: View, edges: EdgeMap, direction: FloatArray, focus: FloatArray, pixel: float
 ) -> TextureFeatures:
-    """The corners of a picture to be matched.
+    """Return the corners of a picture to be matched.
 
     `direction` (3,) of the world is down in all patches; what the view shows lies about as far
     away as `focus` (3,), where `pixel` is a pixel's length in the usual view.

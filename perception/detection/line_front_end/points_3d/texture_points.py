@@ -40,7 +40,7 @@ def feature_tracks(
     views: Sequence[View],
     pairs: Sequence[tuple[int, int]],
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Pixels (n, V, 2) of n candidate points, and which views show them (n, V).
+    """Return pixels (n, V, 2) of n candidate points, and which views show them (n, V).
 
     `features` are those of the views (by their number) that the `pairs` name. Of a chain with two
     features of one view neither counts: they are not the same point.
@@ -69,7 +69,9 @@ def feature_tracks(
 def matched_features(
     one: TextureFeatures, other: TextureFeatures, view: View, other_view: View
 ) -> NDArray[np.intp]:
-    """Pairs (m, 2) of features of two views that are each other's best match on epipolar lines."""
+    """Return pairs (m, 2) of features of two views that are each other's best match on epipolar
+    lines.
+    """
     if not len(one.uv) or not len(other.uv):
         return np.zeros((0, 2), dtype=np.intp)
     lines = np.column_stack([one.uv, np.ones(len(one.uv))]) @ _epipolar(view, other_view).T
@@ -111,11 +113,11 @@ class TexturePoints:
 
     @classmethod
     def none(cls, views: int) -> Self:
-        """No points in so many views."""
+        """Return no points in so many views."""
         return cls(np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, views), dtype=np.bool_))
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Self:
-        """Some of the points."""
+        """Return some of the points."""
         return type(self)(self.points[rows], self.covs[rows], self.seen[rows])
 
 
@@ -125,7 +127,7 @@ def texture_points(
     graph: ViewGraph,
     pixel: float,
 ) -> TexturePoints:
-    """Texture points seen in three views or more; `pixel` is a pixel's length at the focus.
+    """Return texture points seen in three views or more; `pixel` is a pixel's length at the focus.
 
     Only the views that are paired for depth take part.
     """
@@ -145,7 +147,7 @@ def texture_points(
 def triangulated(
     views: Sequence[View], uv: FloatArray, sd_px: float, seen: NDArray[np.bool_]
 ) -> TexturePoints:
-    """The points in front of the cameras with three inlier views or more, and these views.
+    """Return the points in front of the cameras with three inlier views or more, and these views.
 
     `uv` (n, V, 2) are pixels with this standard deviation, where `seen` (n, V).
     """

@@ -14,7 +14,8 @@ MIN_PLANE_SINE = 0.03
 def candidate_segments(
     first: View, segments_1: FloatArray, second: View, segments_2: FloatArray
 ) -> tuple[FloatArray, NDArray[np.intp]]:
-    """All 3-D segments (n, 2, 3) that a segment of each view could show, and which two (n, 2).
+    """Return all 3-D segments (n, 2, 3) that a segment of each view could show, and which two (n,
+    2).
 
     The plane through a pinhole and a segment (n, 4: u0, v0, u1, v1, of some length) holds the 3-D
     segment; two planes meet in its line. Kept are those before both cameras whose parts overlap.

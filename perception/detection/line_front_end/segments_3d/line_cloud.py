@@ -74,7 +74,7 @@ def reconstruct_lines(
     segments: Sequence[FloatArray],
     graph: ViewGraph,
 ) -> LineCloud:
-    """The 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
+    """Return the 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
     pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
     candidates, owners = _screened_candidates(views, maps, segments, graph)
     cover = coverage(candidates, views, maps)
@@ -101,13 +101,14 @@ def reconstruct_lines(
 def shown_lines(
     views: Sequence[View], maps: Sequence[EdgeMap], segments: Sequence[FloatArray]
 ) -> tuple[LineCloud, NDArray[np.bool_]]:
-    """The 3-D segments of the views, n of them, and which view shows which (n, V)."""
+    """Return the 3-D segments of the views, n of them, and which view shows which (n, V)."""
     cloud = reconstruct_lines(views, maps, segments, view_graph(views))
     return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
 
 
 def segments_matched(pairs: int) -> int:
-    """How many segments of a view are matched, so that as many are compared as of FULL_PAIRS.
+    """Return how many segments of a view are matched, so that as many are compared as of
+    FULL_PAIRS.
 
     >>> segments_matched(40), segments_matched(3)
     (250, 707)
@@ -153,8 +154,8 @@ def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bo
 
 
 def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
-    """How much more of candidates (n,) is shown by views of this weight (V,) than by chance, from
-    what each shows (n, V): NaN of what is out of view.
+    """Return how much more of candidates (n,) is shown by views of this weight (V,) than by chance,
+    from what each shows (n, V): NaN of what is out of view.
     """
     found: FloatArray = np.nansum((cover**2 - BY_CHANCE) * weight, axis=1)
     return found
@@ -163,7 +164,8 @@ def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
 def best_of_owners(
     score: FloatArray, shown: FloatArray, owners: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """Which candidates (n,) have the best score, or nearly, among those of both of their `owners`.
+    """Return which candidates (n,) have the best score, or nearly, among those of both of their
+    `owners`.
 
     These (n, 2) are 2-D segments, of which each shows one 3-D segment. `shown` (n,) is what views
     show of each in all.

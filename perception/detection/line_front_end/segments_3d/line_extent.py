@@ -34,7 +34,9 @@ class LineProfiles:
     cumulated: FloatArray
 
     def mean(self, line: NDArray[np.intp], start: FloatArray, end: FloatArray) -> FloatArray:
-        """Mean coverage of lines between two places on them; outside the profile it is 0."""
+        """Return the mean coverage of lines between two places on them; outside the profile it is
+        0.
+        """
         low, high = np.minimum(start, end), np.maximum(start, end)
         length = np.maximum(high - low, 1e-300)
         inside = self._at(line, high) - self._at(line, low)
@@ -56,7 +58,9 @@ def line_profiles(
     use: NDArray[np.bool_],
     weight: FloatArray,
 ) -> LineProfiles:
-    """Coverage profiles of segments (n, 2, 3) from the views in `use` (n, V) by their weights."""
+    """Return the coverage profiles of segments (n, 2, 3) from the views in `use` (n, V) by their
+    weights.
+    """
     along = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(along, axis=1)
     direction = along / length[:, None]
@@ -78,7 +82,7 @@ def line_profiles(
 
 
 def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
-    """Segments (n, 2, 3) lengthened or cut, from their middles, to where they are covered."""
+    """Return segments (n, 2, 3) lengthened or cut, from their middles, to where covered."""
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     line = np.arange(len(segments))
     ends = []

@@ -31,7 +31,8 @@ def explained_share(
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> float:
-    """Share (by length) of the views' segments (n, 4) that 3-D segments (m, 2, 3) project onto.
+    """Return the share (by length) of the views' segments (n, 4) that 3-D segments (m, 2, 3)
+    project onto.
 
     `supported` (m, V) says which 3-D segments are seen in which view. 1 where there are none.
     """
@@ -54,7 +55,9 @@ def _lengths(
 
 
 def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> tuple[float, float]:
-    """The length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of all."""
+    """Return the length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of
+    all.
+    """
     along = found[:, 2:] - found[:, :2]
     length = np.hypot(along[:, 0], along[:, 1])
     if not len(segments_3d) or not len(found):
@@ -79,7 +82,7 @@ def check_consistency(
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> None:
-    """Raises InconsistentViewsError where many segments are seen and hardly any agree in space.
+    """Raise InconsistentViewsError where many segments are seen and hardly any agree in space.
 
     Fewer than MIN_VIEWS views are never called inconsistent, nor are views from fewer than three
     places: `weight` (V,) is how much a view counts beside those almost like it.

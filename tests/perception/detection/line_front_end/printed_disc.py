@@ -60,7 +60,7 @@ def drawing(seed: int) -> Image:
 
 
 def picture(pose: Pose, texture: Image, seed: int) -> Image:
-    """What a camera sees of the disc, with noise of one grey level."""
+    """Render what a camera sees of the disc, with noise of one grey level."""
     u, v = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
     rays = np.stack(
         [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], axis=-1

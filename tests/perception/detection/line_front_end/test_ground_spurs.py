@@ -1,4 +1,4 @@
-"""What of an outline is ground is cut off, and nothing else."""
+"""Ground is cut off an outline, and nothing else."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def ring_on(rig: Rig, flat: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def cut(rig: Rig, flat: FloatArray) -> FloatArray:
-    """What is left of the ring, again in inches along and up."""
+    """Return what is left of the ring, again in inches along and up."""
     ring, axes, normal = ring_on(rig, flat)
     weight, centres = np.ones(len(rig.views)), np.array([v.pose.centre for v in rig.views])
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
@@ -50,7 +50,7 @@ def cut(rig: Rig, flat: FloatArray) -> FloatArray:
 
 
 def in_shadow(rig: Rig) -> Rig:
-    """The same views with dark ground where the long side would go on."""
+    """Return the views with dark ground where the long side would go on."""
     _, axes, normal = ring_on(rig, np.zeros((1, 2)))
     views = []
     for view in rig.views:

@@ -88,7 +88,7 @@ def seen(
 def boards(
     rig: Rig, faces: tuple[SelectedFace, ...], *, ground: bool = True
 ) -> tuple[SelectedFace, ...]:
-    """What was found besides, where all of the faces are true."""
+    """Return what was found besides, where all of the faces are true."""
     found = seen(rig, faces, ground=ground)
     assert found[: len(faces)] == faces
     return found[len(faces) :]
@@ -123,7 +123,7 @@ def test_the_faces_of_a_closed_block_stay() -> None:
 
 
 def printed(rig: Rig, front: SelectedFace, heights_of_lines: list[float]) -> Rig:
-    """The same pictures with level black lines across a face, as between drawers."""
+    """Return the pictures with level black lines across a face, as between drawers."""
     low = front.corners[front.corners[:, 2].argsort()[:2]]
     views = []
     for view, shown in zip(rig.views, front.shown, strict=True):

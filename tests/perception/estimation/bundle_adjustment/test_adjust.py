@@ -63,7 +63,7 @@ def nees(points: FloatArray, covs: FloatArray) -> float:
 
 
 def shape_rms(points: FloatArray) -> float:
-    """What is left after the best rigid motion onto the true corners."""
+    """Return what is left after the best rigid motion onto the true corners."""
     a, b = points - points.mean(axis=0), CORNERS - CORNERS.mean(axis=0)
     u, _, vt = np.linalg.svd(a.T @ b)
     rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
@@ -87,7 +87,7 @@ def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, sh
 
 
 def through(tracks: Tracks, radial: float) -> Tracks:
-    """The same seen by a lens with a radial distortion."""
+    """Return the tracks as seen by a lens with a radial distortion."""
     off = tracks.uv - [CAMERA.cx, CAMERA.cy]
     r2 = ((off / CAMERA.fx) ** 2).sum(axis=-1)
     return replace(tracks, uv=tracks.uv + off * (radial * r2)[..., None])

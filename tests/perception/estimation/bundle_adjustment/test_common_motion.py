@@ -11,7 +11,7 @@ def cloud(count: int = 8) -> FloatArray:
 
 
 def motions(points: FloatArray) -> FloatArray:
-    """What a unit shift along and turn about each axis does to points: (n, 6, 3)."""
+    """Return what a unit shift along and turn about each axis does to points: (n, 6, 3)."""
     turns = [np.cross(axis, points) for axis in np.eye(3)]
     shifts = [np.broadcast_to(axis, points.shape) for axis in np.eye(3)]
     return np.stack([*shifts, *turns], axis=1)

@@ -1,4 +1,4 @@
-"""What the views say of an outline: its inside, its sides, and the ground behind it."""
+"""Evidence of the views for an outline: its inside, its sides, and the ground behind it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -95,7 +95,7 @@ def test_what_hides_a_part_of_a_side_says_nothing_against_it() -> None:
 
 
 def tiled(rig: Rig) -> Rig:
-    """The same views of a floor alone, its tiles each of another grey."""
+    """Return the views of a floor alone, its tiles each of another grey."""
     greys = np.random.default_rng(0).integers(40, 220, (40, 40))
     views = []
     for view in rig.views:
@@ -120,7 +120,7 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
 
 
 def faint(rig: Rig, share: float) -> Rig:
-    """The same views with so much of their contrast, and noise of 5 grey levels."""
+    """Return the views with so much of their contrast, and noise of 5 grey levels."""
     rng = np.random.default_rng(0)
     views = []
     for view in rig.views:

@@ -36,7 +36,7 @@ RIG = block_rig()
 
 
 def judged(views: Sequence[View], most: int | None = None) -> tuple[Contradiction, ...]:
-    """What contradicts, of each view's segments the `most` longest."""
+    """Return the contradictions, of each view's segments the `most` longest."""
     found = [detect_segments(v.image)[:most] for v in views]
     maps = [edge_map(v.image) for v in views]
     use = np.nan_to_num(coverage(RIG.edges, views, maps)) > SUPPORTED
