@@ -1,13 +1,19 @@
-"""Poses and points adjusted together: accuracy, honesty, gauge, and degenerate cases."""
+"""Poses, points and lenses adjusted together: accuracy, honesty, gauge, and degenerate cases."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, adjust
-from facetlog.perception.estimation.bundle_adjustment.adjusted_points import adjusted_points
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
+    adjusted_points,
+    without_common_motion,
+)
+from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import lenses_of
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import ROBUST_SD, Tracks
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind, PoseErrors, View
@@ -267,3 +273,101 @@ def test_views_almost_alike_make_points_less_sure() -> None:
     alike = adjust(replace(tracks, weight=np.full(len(views), 0.25)), views, CORNERS)
     ratio = np.trace(alike.covs, axis1=1, axis2=2) / np.trace(apart.covs, axis1=1, axis2=2)
     assert 2.0 < np.median(ratio) < 5.0
+
+
+def cloud(count: int = 8) -> FloatArray:
+    return np.random.default_rng(0).normal(size=(count, 3))
+
+
+def motions(points: FloatArray) -> FloatArray:
+    """Return what a unit shift along and turn about each axis does to points: (n, 6, 3)."""
+    turns = [np.cross(axis, points) for axis in np.eye(3)]
+    shifts = [np.broadcast_to(axis, points.shape) for axis in np.eye(3)]
+    return np.stack([*shifts, *turns], axis=1)
+
+
+def test_a_common_shift_and_turn_are_not_in_them() -> None:
+    points = cloud()
+    shared = motions(points) * np.array([3.0, 1.0, 2.0, 0.1, 0.2, 0.3])[:, None]
+    own = np.tile(1e-6 * np.eye(3), (len(points), 1, 1))
+    covs = without_common_motion(points, own, shared)
+    assert np.trace(covs, axis1=1, axis2=2).max() < 3.1e-6
+
+
+def test_they_are_those_of_points_moved_onto_the_truth() -> None:
+    rng = np.random.default_rng(1)
+    points, count = cloud(6), 20_000
+    own = np.tile(np.eye(3), (6, 1, 1))
+    shared = rng.normal(size=(6, 5, 3))
+    errors = rng.normal(size=(count, 6, 3))
+    errors += np.einsum("cm,nmi->cni", rng.normal(size=(count, 5)), shared)
+    weight = 1.0 / np.trace(own + shared.transpose(0, 2, 1) @ shared, axis1=1, axis2=2)
+    rows = motions(points).transpose(0, 2, 1).reshape(18, 6)
+    root = np.repeat(np.sqrt(weight), 3)
+    best = np.linalg.lstsq(rows * root[:, None], (errors.reshape(count, 18) * root).T, rcond=None)
+    left = errors.reshape(count, 18) - (rows @ best[0]).T
+    found = np.einsum("cni,cnj->nij", left.reshape(count, 6, 3), left.reshape(count, 6, 3)) / count
+    np.testing.assert_allclose(without_common_motion(points, own, shared), found, atol=0.15)
+
+
+def test_one_point_is_nowhere_against_others() -> None:
+    covs = without_common_motion(np.ones((1, 3)), np.eye(3)[None], np.zeros((1, 2, 3)))
+    np.testing.assert_allclose(covs, 0.0, atol=1e-12)
+    assert without_common_motion(
+        np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2, 3))
+    ).shape == (
+        0,
+        3,
+        3,
+    )
+
+
+UV = np.array([[[319.5, 239.5], [50.0, 400.0], [600.0, 20.0]]]).transpose(1, 0, 2)
+
+
+def two_cameras(count: int = 6) -> tuple[View, ...]:
+    other = replace(CAMERA, fx=500.0, fy=510.0, cx=300.0)
+    views = ring(count)
+    return tuple(replace(v, camera=other) if k % 2 else v for k, v in enumerate(views))
+
+
+def spread(uv: FloatArray, views: int) -> FloatArray:
+    return np.tile(uv, (1, views, 1))
+
+
+@given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
+def test_a_pixel_freed_of_its_distortion_is_the_pinholes(focal: float, radial: float) -> None:
+    lenses = lenses_of(ring(3))
+    unknowns = np.array([[focal, radial]])
+    seen, _, _ = lenses.seen(unknowns, spread(UV, 3))
+    off = spread(UV, 3) - lenses.centre
+    np.testing.assert_allclose(
+        lenses.undistorted(unknowns, seen), lenses.centre + (1.0 + focal) * off, atol=1e-3
+    )
+
+
+@given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
+def test_derivatives_are_those_of_differences(focal: float, radial: float) -> None:
+    lenses = lenses_of(two_cameras())
+    unknowns = np.array([[focal, radial], [radial / 2, focal]])
+    uv, step = spread(UV, 6), 1e-6
+    at, by_pixel, by_lens = lenses.seen(unknowns, uv)
+    for axis in range(2):
+        moved = uv + step * np.eye(2)[axis]
+        change = (lenses.seen(unknowns, moved)[0] - at) / step
+        np.testing.assert_allclose(by_pixel[..., axis], change, atol=1e-4)
+        change = (lenses.seen(unknowns + step * np.eye(2)[axis], uv)[0] - at) / step
+        np.testing.assert_allclose(by_lens[..., axis], change, atol=1e-2)
+
+
+def test_a_camera_of_two_views_has_no_unknowns() -> None:
+    views = two_cameras(4)
+    lone = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)
+    views = (*ring(3), replace(views[0], camera=lone), replace(views[1], camera=lone))
+    lenses = lenses_of(views)
+    assert lenses.count == 1
+    unknowns = np.array([[0.1, 0.1]])
+    seen, _, by_lens = lenses.seen(unknowns, spread(UV, 5))
+    np.testing.assert_array_equal(seen[:, 3:], spread(UV, 2))
+    assert not by_lens[:, 3:].any()
+    assert [e.focal_sd for e in lenses.errors(unknowns, unknowns)] == [0.1] * 3 + [0.0] * 2

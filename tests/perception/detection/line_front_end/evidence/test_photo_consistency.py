@@ -1,16 +1,19 @@
-"""Whether the pictures show one surface at a point, as a likelihood against chance."""
+"""Whether the pictures show one surface at a point, and by how much one is brighter."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
     BLOCK,
     GreyLevels,
     Levels,
     agreement,
 )
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, View
 from tests.perception.detection.drawings import flat, half_plane, project, view, with_noise
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
@@ -117,3 +120,16 @@ def test_a_plane_is_read_as_its_points_are_and_not_where_a_view_does_not_see_it(
     read = grey.read(np.array([0]), uv.transpose(2, 0, 1)[:, None], inside[None])
     np.testing.assert_array_equal(level[sure], read.level[0][sure])
     np.testing.assert_allclose(sd[sure], read.sd[0][sure], rtol=1e-5)
+
+
+def dimmed(view: View, by: float) -> View:
+    return replace(view, image=np.rint(by * view.image).astype(np.uint8))
+
+
+def test_a_picture_that_was_exposed_for_less_time_is_darker_by_as_much() -> None:
+    rig = block_rig()
+    views = [dimmed(rig.views[0], 0.6), *rig.views[1:4], dimmed(rig.views[4], 0.8), *rig.views[5:]]
+    found = exposures(rig.edges, rig.shown_edges.astype(np.bool_), views)
+    assert found[0] == pytest.approx(0.6, rel=0.03)
+    assert found[4] == pytest.approx(0.8, rel=0.03)
+    np.testing.assert_allclose(np.delete(found, [0, 4]), 1.0, rtol=0.03)

@@ -1,6 +1,9 @@
-"""Which plane hypotheses to search."""
+"""Planes among exact segments, and which of them to search."""
 
 import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
@@ -8,15 +11,84 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     choose_planes,
     plane_cov,
 )
-from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_hypotheses,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
-from tests.perception.detection.line_front_end.ideal_lines import exact_ends
+from facetlog.robot.rendering.solids import cuboid
+from facetlog.robot.rendering.views import random_similarity
+from tests.perception.detection.line_front_end.ideal_lines import (
+    PIXEL,
+    SQUARE,
+    exact_ends,
+    placed,
+    sides_of,
+)
 
-PIXEL = 0.01
+BLOCK = cuboid(3.0, 2.0, 1.0)
+
+
+def planes_of(segments, support, pixel: float) -> tuple[PlaneHypothesis, ...]:
+    return plane_hypotheses(segments, exact_ends(segments), support, pixel)
+
+
+def edges_of(solid):
+    return solid.vertices[np.array(solid.edges)]
+
+
+def normals(planes) -> set[tuple[float, ...]]:
+    """Planes by their normals, each turned the same way."""
+    named = set()
+    for plane in planes:
+        largest = np.argmax(np.abs(plane.normal))
+        normal = plane.normal * np.sign(plane.normal[largest])
+        distance = plane.distance * np.sign(plane.normal[largest])
+        named.add(tuple(np.round([*normal, distance], 6) + 0.0))
+    return named
+
+
+def test_a_block_has_six_planes_of_four_edges() -> None:
+    planes = planes_of(edges_of(BLOCK), np.ones(12), PIXEL)
+    assert normals(planes) == {
+        (1, 0, 0, 1.5), (1, 0, 0, -1.5), (0, 1, 0, 1), (0, 1, 0, -1), (0, 0, 1, 0), (0, 0, 1, 1)
+    }  # fmt: skip
+    assert all(len(p.lines) == 4 for p in planes)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
+def test_planes_turn_and_grow_with_the_world(seed: int, scale: float) -> None:
+    frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=2.0)
+    moved = frame.scale * edges_of(BLOCK) @ frame.rotation.T + frame.shift
+    planes = planes_of(moved, np.ones(12), PIXEL * scale)
+    assert len(planes) == 6
+    for plane in planes:
+        away = moved[plane.lines] @ plane.normal - plane.distance
+        assert np.abs(away).max() < 1e-9 * scale + 1e-12
+        assert np.linalg.norm(plane.normal) == pytest.approx(1.0)
+
+
+def test_noise_of_a_pixel_moves_no_plane_by_more() -> None:
+    rng = np.random.default_rng(0)
+    noisy = edges_of(BLOCK) + 0.5 * PIXEL * rng.normal(size=(12, 2, 3))
+    planes = planes_of(noisy, np.ones(12), PIXEL)
+    assert len(planes) == 6
+    for plane in planes:
+        assert np.abs(noisy[plane.lines] @ plane.normal - plane.distance).max() < 2 * PIXEL
+
+
+def test_segments_that_do_not_meet_are_no_plane() -> None:
+    apart = sides_of(placed(SQUARE, np.eye(3)))
+    middle = apart.mean(axis=1, keepdims=True)
+    short = middle + 0.2 * (apart - middle)
+    assert planes_of(short, np.ones(4), PIXEL) == ()
+
+
 UP = np.array([0.0, 0.0, 1.0])
 CORNERS = np.array([[0.0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-SQUARE = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
+RIM = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
 
 
 def cloud(segments: FloatArray) -> LineCloud:
@@ -34,9 +106,7 @@ def surface(plane: PlaneHypothesis) -> NDArray[np.bool_]:
 
 def test_a_plane_that_is_there_twice_is_taken_once() -> None:
     tilted = PlaneHypothesis(np.array([0.0, np.sin(0.01), np.cos(0.01)]), 1.0, np.arange(3))
-    (only,) = choose_planes(
-        (level(1.0, 4), tilted), cloud(SQUARE), np.full(4, 9.0), None, surface, 1
-    )
+    (only,) = choose_planes((level(1.0, 4), tilted), cloud(RIM), np.full(4, 9.0), None, surface, 1)
     assert only.bound == 36.0
     assert only.sides == (1.0, -1.0)
     assert len(only.plane.lines) == 4
@@ -64,16 +134,16 @@ def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
         return np.array([[True, True, False, False], [False] * 4])
 
     score = np.full(4, 10.0)
-    (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 16.0)
+    (plane,) = choose_planes((level(1.0, 4),), cloud(RIM), score, None, from_above_at_two, 16.0)
     assert plane.bound == 20.0
     assert plane.sides == (1.0,)
-    assert not choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 25.0)
+    assert not choose_planes((level(1.0, 4),), cloud(RIM), score, None, from_above_at_two, 25.0)
 
 
 def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
     near, far = np.array([[0.5, 0.5, 1.0]]), np.array([[9.0, 0.5, 1.0]])
     four, one = level(1.0, 4), PlaneHypothesis(UP, 1.0, np.array([0]))
-    lines = cloud(SQUARE)
+    lines = cloud(RIM)
 
     def sds(plane: PlaneHypothesis, points: FloatArray, slope: float = OPEN_SLOPE) -> FloatArray:
         return np.sqrt(np.diagonal(plane_cov(plane, lines, points, slope)))
