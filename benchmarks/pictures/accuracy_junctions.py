@@ -33,7 +33,7 @@ from facetlog.perception.detection.block_front_end.faces_of_block import (
     labelled_pictures,
     picture_features,
 )
-from facetlog.perception.detection.block_front_end.junction_marks import picture_drawing
+from facetlog.perception.detection.block_front_end.position_labels import picture_drawing
 from facetlog.perception.facts.drawing_facts import drawing_rows, flat_along
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing

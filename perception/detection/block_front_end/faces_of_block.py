@@ -16,7 +16,6 @@ from facetlog.perception.detection.block_front_end.image_vertices import (
     find_edge_lines,
     find_vertices,
 )
-from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
 from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
     Localisation,
@@ -32,6 +31,7 @@ from facetlog.perception.detection.block_front_end.position_labels import (
     Plan,
     find_shown_sides,
     label_vertices,
+    with_junctions,
 )
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image, Track, View

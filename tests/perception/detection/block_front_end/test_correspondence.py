@@ -15,11 +15,11 @@ from facetlog.perception.detection.block_front_end.correspondence import (
 )
 from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
-from facetlog.perception.detection.block_front_end.junction_marks import (
+from facetlog.perception.detection.block_front_end.position_labels import (
+    LabelledVertex,
     picture_drawing,
     with_junctions,
 )
-from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
 from facetlog.perception.junctions import Junction
 from facetlog.perception.types import Camera, PositionLabel, View
 from tests.drawn_scenes import looking

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, adjust
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
+    Adjusted,
+    adjust,
     adjusted_points,
     without_common_motion,
 )

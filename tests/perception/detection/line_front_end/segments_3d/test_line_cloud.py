@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.segments_3d.line_candidates import (
-    MIN_OVERLAP,
-    candidate_segments,
-)
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
+    MIN_OVERLAP,
     LineCloud,
+    candidate_segments,
     reconstruct_lines,
 )
 from facetlog.perception.detection.segments import detect_segments
