@@ -170,20 +170,17 @@ def same_pictures(views: Sequence[View]) -> tuple[str, ...]:
     for view in views:
         pixels = hashlib.sha256(view.image.tobytes()).digest()
         alike.setdefault((view.image.shape, pixels), []).append(view)
-    return tuple(
-        f"{_which(same, len(views))}: one and the same picture at different poses; "
-        "give each pose its own, unless the thing looks the same from there"
-        for same in alike.values()
-        if any(not _same_pose(a, b) for a, b in pairwise(same))
-    )
-
-
-def _which(same: Sequence[View], of: int) -> str:
-    names = named([view.name for view in same])
-    return f"all {of} pictures ({names})" if len(same) == of else names
-
-
-def _same_pose(a: View, b: View) -> bool:
-    return np.array_equal(a.pose.rotation, b.pose.rotation) and np.array_equal(
-        a.pose.centre, b.pose.centre
-    )
+    found = []
+    for same in alike.values():
+        poses = [view.pose for view in same]
+        if any(
+            not np.array_equal(a.rotation, b.rotation) or not np.array_equal(a.centre, b.centre)
+            for a, b in pairwise(poses)
+        ):
+            names = named([view.name for view in same])
+            which = f"all {len(views)} pictures ({names})" if len(same) == len(views) else names
+            found.append(
+                f"{which}: one and the same picture at different poses; "
+                "give each pose its own, unless the thing looks the same from there"
+            )
+    return tuple(found)

@@ -235,7 +235,11 @@ def straight_pieces(chain: FloatArray, least_px: float) -> tuple[FloatArray, ...
     count = len(chain)
     closed = count > 2 * SUPPORT_PX and bool((chain[0] == chain[-1]).all())
     if closed:
-        chain = _from_corner(chain[:-1])
+        # Open at its sharpest corner, with that pixel at both ends.
+        loop = chain[:-1]
+        before, after = (np.roll(loop, n, axis=0) for n in (SUPPORT_PX, -SUPPORT_PX))
+        loop = np.roll(loop, -int(np.argmax(_turn(before, loop, after))), axis=0)
+        chain = np.concatenate([loop, loop[:1]])
         count = len(chain)
     if count <= 2 * SUPPORT_PX:
         return tuple(_without_bow(chain, least_px))
@@ -254,13 +258,6 @@ def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
     cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
     turn: FloatArray = np.abs(np.arctan2(cross, (back * ahead).sum(axis=1)))
     return turn
-
-
-def _from_corner(loop: FloatArray) -> FloatArray:
-    """Return same closed loop, open at its sharpest corner (and with that pixel at both ends)."""
-    turn = _turn(np.roll(loop, SUPPORT_PX, axis=0), loop, np.roll(loop, -SUPPORT_PX, axis=0))
-    turned = np.roll(loop, -int(np.argmax(turn)), axis=0)
-    return np.concatenate([turned, turned[:1]])
 
 
 def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:

@@ -70,18 +70,14 @@ def find_edge_lines(image: Image, mask: Image, noise: float) -> tuple[EdgeLine, 
         # A longer piece of the same edge may have been drawn out over this one already.
         if line is None or any(_covers(other, line) for other in lines):
             continue
-        lines.append(_drawn_out(image, line, noise))
+        # It is drawn out to where its step ends, and refitted over that length.
+        start, end = extended_line(image, line, noise)
+        lines.append(_refitted(image, start, end, noise) or line)
     return merged_lines(image, tuple(lines), noise, _reach(size))
 
 
 def _reach(size: float) -> float:
     return max(REACH_PX, REACH_SHARE * size)
-
-
-def _drawn_out(image: Image, line: EdgeLine, sd_grey: float) -> EdgeLine:
-    """Return the line extended to where its step ends, and refitted over that length."""
-    start, end = extended_line(image, line, sd_grey)
-    return _refitted(image, start, end, sd_grey) or line
 
 
 def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) -> EdgeLine | None:
@@ -148,15 +144,6 @@ def merged_lines(
     return tuple(sorted(done, key=lambda line: -line.length))
 
 
-def _crossing(a: EdgeLine, b: EdgeLine) -> FloatArray:
-    """Return the point where two lines that are not parallel cross."""
-    normals = np.array([a.normal, b.normal])
-    crossing: FloatArray = np.linalg.solve(
-        normals, np.array([a.normal @ a.start, b.normal @ b.start])
-    )
-    return crossing
-
-
 def _ends_at(line: EdgeLine, point: FloatArray, reach: float) -> bool:
     return bool(min(np.hypot(*(point - line.start)), np.hypot(*(point - line.end))) <= reach)
 
@@ -213,7 +200,8 @@ def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex
             b = lines[j]
             if _widest_angle(lines, {i, j}) < SLOPE_CHANGE:
                 continue
-            point = _crossing(a, b)
+            normals = np.array([a.normal, b.normal])
+            point = np.linalg.solve(normals, [a.normal @ a.start, b.normal @ b.start])
             if not (RIM_PX <= point[0] <= width - 1 - RIM_PX):
                 continue
             if not (RIM_PX <= point[1] <= height - 1 - RIM_PX):

@@ -174,27 +174,16 @@ class _Normal:
     gradient: FloatArray
 
 
-def _normal(
-    problem: Problem,
-    at: Linear,
-    state: State,
-    prior: Prior,
-    belief: FloatArray,
-    px: float,
-) -> _Normal:
-    pixels = reduced(problem, at, px)
-    off = prior.off(state.twists, state.lens)
-    push = belief @ off
-    cost = pixels.cost + float(off @ push)
-    return _Normal(pixels, cost, pixels.matrix + belief, pixels.gradient - push)
-
-
 def _fitted(problem: Problem, prior: Prior, state: State, sizes: Sizes) -> State:
     """Fit the state by Gauss-Newton, with shorter steps where a whole one does not help."""
     belief, _ = prior.precision(sizes.pose_sd, sizes.lens_sd)
 
     def normal(there: State, at: Linear) -> _Normal:
-        return _normal(problem, at, there, prior, belief, sizes.extra_px)
+        pixels = reduced(problem, at, sizes.extra_px)
+        off = prior.off(there.twists, there.lens)
+        push = belief @ off
+        cost = pixels.cost + float(off @ push)
+        return _Normal(pixels, cost, pixels.matrix + belief, pixels.gradient - push)
 
     here = normal(state, linear(problem, state))
     for _ in range(MAX_STEPS):

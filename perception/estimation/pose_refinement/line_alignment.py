@@ -177,7 +177,12 @@ def drifting_views(
 
 def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None) -> DriftingViews:
     """Return the views with pictures shrunk to this share of their sides."""
-    views = [_shrunk(view, share) for view in drifting.views]
+    views = []
+    for view in drifting.views:
+        height, width = (round(share * side) for side in view.image.shape)
+        image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
+        camera = view.camera.resized(width, height)
+        views.append(View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose))
     return drifting_views(views, drifting.chain, reach_px)
 
 
@@ -199,10 +204,3 @@ def lines_of(drifting: DriftingViews, twists: FloatArray) -> Lines:
     cloud, use = shown_lines(views, drifting.maps, drifting.segments)
     share = explained_share(cloud.segments, use, views, drifting.segments)
     return Lines(cloud.segments, use, share)
-
-
-def _shrunk(view: View, share: float) -> View:
-    height, width = (round(share * side) for side in view.image.shape)
-    image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
-    camera = view.camera.resized(width, height)
-    return View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose)

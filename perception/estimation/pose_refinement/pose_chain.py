@@ -100,7 +100,10 @@ def pose_chain(
     )
     own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
     own = np.array([of_twist(pose, own_cov, about) for pose in poses])
-    grown = [_between(before, after) for before, after in pairwise(of_twists)]
+    grown = [
+        before + after if (step := added(before, after)) is None else step
+        for before, after in pairwise(of_twists)
+    ]
     steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
     return PoseChain(about, of_twists[0] + own[0], steps)
 
@@ -128,8 +131,3 @@ def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
     # The difference of two rounded covariances need not be positive.
     values, vectors = np.linalg.eigh((cov + cov.T) / 2)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
-
-
-def _between(before: FloatArray, after: FloatArray) -> FloatArray:
-    step = added(before, after)
-    return before + after if step is None else step

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
@@ -175,7 +176,10 @@ def refined_views(
         return RefinedViews(tuple(views), 0.0, 0.0, before, before)
     poses = [full.pose(k, twist) for k, twist in enumerate(twists)]
     went = [np.linalg.norm(p.centre - v.pose.centre) for p, v in zip(poses, views, strict=True)]
-    turned = [_angle(p.rotation @ v.pose.rotation.T) for p, v in zip(poses, views, strict=True)]
+    turned = [
+        Rotation.from_matrix(p.rotation @ v.pose.rotation.T).magnitude()
+        for p, v in zip(poses, views, strict=True)
+    ]
     return RefinedViews(
         tuple(replace(view, pose=pose) for view, pose in zip(views, poses, strict=True)),
         float(max(went)),
@@ -207,10 +211,6 @@ def with_refined_poses(
         f"{found.explained_before:.0%} (--keep-poses takes them as they are)"
     )
     return replace(view_set, views=found.views, problems=(*view_set.problems, line))
-
-
-def _angle(rotation: FloatArray) -> float:
-    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
 
 
 def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
