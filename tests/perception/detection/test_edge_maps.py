@@ -1,6 +1,5 @@
 """Noise, gradients, coarser scales and the oriented mask, on pictures whose edges are drawn."""
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,7 +12,6 @@ from facetlog.perception.detection.edge_maps import (
     edge_map,
 )
 from facetlog.perception.detection.picture_noise import Noise, working_noise
-from facetlog.perception.types import Image
 from tests.perception.detection.drawings import along, flat, half_plane, with_noise
 
 MIDDLE = np.array([159.3, 120.2])
@@ -95,23 +93,9 @@ def test_edges_that_only_coarser_scales_show_stand_where_they_are(
     assert abs(marked.mean() - (column - 0.5)) < scale / 2
 
 
-def large(sd: float, grain: float = 0.0) -> Image:
-    """A grey picture with noise, and smooth patches of random brightness."""
-    rng = np.random.default_rng(0)
-    patches = cv2.GaussianBlur(rng.normal(0.0, 1.0, (480, 640)), (0, 0), 4.0)
-    grey = 120.0 + rng.normal(0.0, sd, (480, 640)) + grain * patches / patches.std()
-    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
-
-
 @pytest.mark.parametrize(("sd", "count"), [(1.5, 0), (5.0, 1), (60.0, 3)])
 def test_the_noisier_a_picture_the_more_often_it_is_halved(sd: float, count: int) -> None:
     assert [c.factor for c in coarse_pictures(flat(), Noise(sd))] == [2, 4, 8][:count]
-
-
-@pytest.mark.parametrize("sd", [5.0, 20.0])
-def test_noise_alone_is_hardly_grain(sd: float) -> None:
-    for coarse in coarse_pictures(large(sd), Noise(sd)):
-        assert coarse.grain < 0.35 * coarse.noise
 
 
 def test_a_picture_of_one_pixel_is_not_halved() -> None:

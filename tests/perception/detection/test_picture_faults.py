@@ -89,12 +89,6 @@ def test_sharp_pictures_of_a_tour_are_not_called_blurred() -> None:
     assert usable_views(tour("stool"))[1] == ()
 
 
-def test_of_pictures_without_an_edge_no_blur_is_measured() -> None:
-    ramp = np.linspace(60, 120, 320) + np.random.default_rng(0).normal(0, 2, (240, 320))
-    views = views_of(*[np.rint(ramp).astype(np.uint8)] * 8)
-    assert usable_views(views) == (views, ())
-
-
 def test_the_order_does_not_matter() -> None:
     views = views_of(*(step(4.0 if k == 3 else 1.0, seed=k) for k in range(8)), flat(3))
     backwards, _ = usable_views(views[::-1])

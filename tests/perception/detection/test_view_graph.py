@@ -133,14 +133,3 @@ def test_a_view_that_does_not_face_the_focus_counts_as_one_of_its_own(
     np.testing.assert_array_equal(motion, motion.T)
     assert not motion.diagonal().any()
     assert graph.weight[-1] == 1.0
-
-
-def test_views_from_one_place_that_turns_do_not_hide_where_the_others_look() -> None:
-    # Axes from one place meet at that place, which is nothing that anybody looks at.
-    centre = np.array([3.0, 0.0, 0.0])
-    spot = [turned(degrees, centre) for degrees in (-30.0, 15.0, 60.0, 105.0)]
-    places = ((-1.0, 30.0), (0.0, -80.0), (1.0, 160.0))
-    others = [turned(degrees, np.array([x, 0.0, 0.5])) for x, degrees in places]
-    graph = view_graph([view(pose=p) for p in (*others, *spot)])
-    assert graph.distance > 1.0
-    np.testing.assert_allclose(graph.weight, 1.0, atol=1e-3)

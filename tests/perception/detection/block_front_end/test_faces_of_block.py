@@ -221,13 +221,3 @@ def test_up_is_found_from_level_cameras(tour):
 def test_rule_one_is_the_papers():
     assert rule_label(frozenset({"S", "E", "SE"})) is PositionLabel.BACK_LEFT_TOP
     assert rule_label(frozenset({"S", "E", "SE", "N"})) is None
-
-
-def test_no_two_tracks_have_the_same_label(tour, found):
-    alike = tuple(
-        tuple(LabelledVertex(v.vertex, v.label, PositionLabel.FRONT_LEFT_TOP) for v in labelled)
-        for labelled in found.vertices
-    )
-    tracks = track_vertices(alike, tour.views)
-    assert len(tracks) >= 8
-    assert sum(t.label is not None for t in tracks) == 1

@@ -84,14 +84,6 @@ def test_corners_of_neighbouring_faces_become_one_vertex() -> None:
         )
 
 
-def test_a_face_keeps_its_corners_apart() -> None:
-    # A strip four pixels wide between two faces: its corners are nearer than what is merged.
-    strip = np.array([[0.0, 0, 0], [100, 0, 0], [100, 4, 0], [0, 4, 0]])
-    beside = np.array([[0.0, 4, 0], [100, 4, 0], [100, 80, 0], [0, 80, 0]])
-    merged = merge_corners([face(strip), face(beside)], pixel=1.0)
-    assert [len(set(loop)) for loop in merged.loops] == [4, 4]
-
-
 def test_a_corner_off_the_other_faces_plane_is_no_corner_of_that_face() -> None:
     # The inner side of a board five pixels thick, and the end of the board.
     inner = np.array([[0.0, 5, 0], [100, 5, 0], [100, 5, 80], [0, 5, 80]])

@@ -54,17 +54,6 @@ def test_what_lies_on_the_face_or_before_it_or_beside_it_does_not() -> None:
     assert len(found) == 1
 
 
-def test_what_rises_from_the_rim_in_two_outlines_belongs_to_the_face() -> None:
-    post = np.array([[0.0, 0.98, 1.02], [0.0, 0.98, 2]])
-    other_outline = post + np.array([0.05, 0, 0])
-    rail = np.array([[0.05, 0.98, 1.9], [1.8, 0.98, 1.9]])
-    in_the_middle = post + np.array([1.0, -0.5, 0])
-    _, numbers = loose(np.array([post, other_outline, rail, in_the_middle]))
-    assert numbers.tolist() == [0, 1, 2]
-    # one line alone may be anything's
-    assert not len(loose(np.array([post, rail]))[0])
-
-
 def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
     rig = block_rig()
     fits = fit_sides(rig.edges, rig.shown_edges, rig.views, rig.maps)

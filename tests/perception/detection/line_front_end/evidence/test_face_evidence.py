@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
@@ -22,8 +21,6 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -36,17 +33,6 @@ def judge(rig: Rig, maps: Sequence[EdgeMap] | None = None) -> FaceJudge:
     ground = Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
     return FaceJudge(photos, sides, ground)
-
-
-def without_edge(rig: Rig, side: FloatArray) -> list[EdgeMap]:
-    """The views' edges but for those along a side (2, 3)."""
-    maps = []
-    for view, edges in zip(rig.views, rig.maps, strict=True):
-        uv, _ = project_points(view.projection, side)
-        a, b = np.rint(uv).astype(int).tolist()
-        along = cv2.line(np.zeros(view.image.shape, np.uint8), a, b, 1, 25)
-        maps.append(replace(edges, mask=np.where(along > 0, 0, edges.mask).astype(np.uint16)))
-    return maps
 
 
 def test_nothing_in_the_air_and_nothing_inside_is_a_face() -> None:
@@ -69,35 +55,6 @@ def test_sides_on_edges_speak_for_an_outline_and_sides_beside_them_against_it() 
     assert right.sides > 100
     assert smaller is None or smaller.sides < 0
     assert right.coverage > 0.9
-
-
-def test_one_side_too_faint_for_any_view_costs_a_fixed_price_and_no_more() -> None:
-    rig = block_rig()
-    top, normal = rig.top
-    right = judge(rig).judge(top, normal, rig.untaken)
-    faint = judge(rig, without_edge(rig, top[:2])).judge(top, normal, rig.untaken)
-    assert right is not None
-    assert faint is not None
-    assert 0.5 * right.sides < faint.sides < right.sides
-    assert faint.coverage < 0.8
-
-
-def test_what_hides_a_part_of_a_side_says_nothing_against_it() -> None:
-    # A post, painted into every picture before the middle of one side of the top.
-    rig = block_rig()
-    top, normal = rig.top
-    middle = (top[0] + top[1]) / 2
-    views = []
-    for view in rig.views:
-        at, _ = project_points(view.projection, middle)
-        image = view.image.copy()
-        image[:, round(at[0]) - 14 : round(at[0]) + 14] = 100
-        views.append(replace(view, image=image))
-    hidden = Rig(rig.solid, tuple(views))
-    found = judge(hidden).judge(top, normal, rig.untaken)
-    assert found is not None
-    assert found.coverage > 0.85
-    assert found.sides > 50
 
 
 def tiled(rig: Rig) -> Rig:
@@ -123,16 +80,6 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
     assert not judge(rig).shows_ground(top, normal, found, rig.untaken)
     weak = replace(found, ratio=np.full(len(found.points), 6.0))
     assert judge(tiled(rig)).shows_ground(top, normal, weak, rig.untaken)
-
-
-def faint(rig: Rig, share: float) -> Rig:
-    """Return the views with so much of their contrast, and noise of 5 grey levels."""
-    rng = np.random.default_rng(0)
-    views = []
-    for view in rig.views:
-        grey = 128.0 + share * (view.image - 128.0) + rng.normal(0.0, 5.0, view.image.shape)
-        views.append(replace(view, image=np.clip(np.rint(grey), 0, 255).astype(np.uint8)))
-    return Rig(rig.solid, tuple(views))
 
 
 def test_a_broad_patch_just_above_the_floor_is_the_ground_though_no_view_sees_past_it() -> None:

@@ -14,7 +14,7 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
     agreement,
 )
 from facetlog.perception.types import FloatArray, View
-from tests.perception.detection.drawings import flat, half_plane, project, view, with_noise
+from tests.perception.detection.drawings import flat, project, view, with_noise
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
 
@@ -95,31 +95,6 @@ def test_noise_that_would_hide_what_is_alike_is_averaged_away() -> None:
         read = found.read(np.array([0]), uv, seen)
         assert read.level.std() == pytest.approx(left, rel=0.15)
         assert np.median(read.sd) == pytest.approx(read.level.std(), rel=0.4)
-
-
-def test_a_plane_is_read_as_its_points_are_and_not_where_a_view_does_not_see_it() -> None:
-    seen_by = view(with_noise(half_plane(0.3, np.array([150.0, 120.0])), 4.0))
-    grey = GreyLevels([seen_by], [edge_map(seen_by.image)])
-    # A floor half a unit below the camera, from behind it to four units before it.
-    corner, across, along = [-1.0, 0.5, -0.9], [0.05, 0.0, 0.0], [0.0, 0.0, 0.1]
-    plane = np.column_stack([np.stack([across, along, corner]), [0.0, 0.0, 1.0]]).T
-    level, sd = grey.warped(0, seen_by.projection @ plane, (50, 40))
-    row, column = np.mgrid[:50, :40]
-    points = np.stack([column, row, np.ones_like(row)], axis=-1) @ plane.T
-    ahead = points[..., 2] > 0.05
-    uv = np.full((50, 40, 2), -1.0)
-    uv[ahead] = project(seen_by, points[ahead][:, :3])
-    rounded = np.rint(uv)
-    size = seen_by.image.shape[::-1]
-    inside = ahead & ((rounded > 0) & (rounded < np.array(size) - 1)).all(axis=-1)
-    assert 500 < inside.sum() < 1500
-    # But where a pixel's coordinates are so nearly halves that rounding decides.
-    clear = (np.abs(uv - np.floor(uv) - 0.5) > 0.02).all(axis=-1)
-    np.testing.assert_array_equal(np.isfinite(level)[clear], inside[clear])
-    sure = inside & clear
-    read = grey.read(np.array([0]), uv.transpose(2, 0, 1)[:, None], inside[None])
-    np.testing.assert_array_equal(level[sure], read.level[0][sure])
-    np.testing.assert_allclose(sd[sure], read.sd[0][sure], rtol=1e-5)
 
 
 def dimmed(view: View, by: float) -> View:

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.line_front_end.outlines.outline_search import (
-    KEEP,
     MIN_SIDE_PX,
     find_outlines,
 )
@@ -66,12 +65,6 @@ def test_a_printed_line_does_not_halve_a_face() -> None:
     assert same_ring(best.corners, corners)
 
 
-def test_an_outline_with_a_side_missing_is_none() -> None:
-    corners = placed(SQUARE, np.eye(3))
-    assert outlines_of(corners, covered=np.array([1.0, 0.3, 1.0, 1.0])) == ()
-    assert len(outlines_of(corners, covered=np.array([1.0, 0.7, 1.0, 0.8]))) == 1
-
-
 def test_slivers_are_rejected() -> None:
     thin = SQUARE * [1.0, 0.9 * MIN_SIDE_PX * PIXEL]
     assert outlines_of(placed(thin, np.eye(3))) == ()
@@ -86,15 +79,3 @@ def test_crossing_sides_are_no_outline() -> None:
     plane = plane_of(placed(SQUARE, np.eye(3)), 4)
     found = find_outlines(plane, cloud(segments), exact_profiles(segments))
     assert all(len(o.lines) == 3 for o in found)  # its two triangles at most
-
-
-def test_few_are_kept_and_the_best_first() -> None:
-    grid = [[[0.0, k / 4], [1.0, k / 4]] for k in range(5)]
-    grid += [[[k / 4, 0.0], [k / 4, 1.0]] for k in range(5)]
-    segments = np.array([placed(np.array(line), np.eye(3)) for line in grid])
-    corners = placed(SQUARE, np.eye(3))
-    found = outlines_of(corners, segments)
-    assert len(found) == KEEP
-    assert same_ring(found[0].corners, corners)
-    score = [o.score for o in found]
-    assert score == sorted(score, reverse=True)

@@ -74,23 +74,6 @@ def test_a_side_without_a_line_follows_the_region(lines: list[int]) -> None:
     assert overlap < 0.06 * shapely.Polygon(true).area
 
 
-def test_a_disc_becomes_a_polygon_of_many_sides_though_chords_lie_on_its_rim() -> None:
-    turn = np.linspace(0, 2 * np.pi, 73)[:-1]
-    rim = 60 + 45 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    chords = sides(rim[::6])
-    found = outline_polygon(filled(rim), chords)
-    assert found is not None
-    assert 8 <= len(found) <= 40
-    disc = shapely.Polygon(rim)
-    assert shapely.Polygon(found).symmetric_difference(disc).area < 0.06 * disc.area
-
-
-def test_a_speck_is_no_outline() -> None:
-    cells = np.zeros((SIZE, SIZE), np.uint8)
-    cv2.circle(cells, (5, 5), 0, 1, -1)
-    assert outline_polygon(border(cells), np.zeros((0, 2, 2))) is None
-
-
 def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
     true = np.array(SHAPES["square"], dtype=float)
     rng = np.random.default_rng(0)

@@ -21,10 +21,7 @@ from facetlog.robot.rendering.solids import cuboid
 from facetlog.robot.rendering.views import random_similarity
 from tests.perception.detection.line_front_end.ideal_lines import (
     PIXEL,
-    SQUARE,
     exact_ends,
-    placed,
-    sides_of,
 )
 
 BLOCK = cuboid(3.0, 2.0, 1.0)
@@ -68,22 +65,6 @@ def test_planes_turn_and_grow_with_the_world(seed: int, scale: float) -> None:
         away = moved[plane.lines] @ plane.normal - plane.distance
         assert np.abs(away).max() < 1e-9 * scale + 1e-12
         assert np.linalg.norm(plane.normal) == pytest.approx(1.0)
-
-
-def test_noise_of_a_pixel_moves_no_plane_by_more() -> None:
-    rng = np.random.default_rng(0)
-    noisy = edges_of(BLOCK) + 0.5 * PIXEL * rng.normal(size=(12, 2, 3))
-    planes = planes_of(noisy, np.ones(12), PIXEL)
-    assert len(planes) == 6
-    for plane in planes:
-        assert np.abs(noisy[plane.lines] @ plane.normal - plane.distance).max() < 2 * PIXEL
-
-
-def test_segments_that_do_not_meet_are_no_plane() -> None:
-    apart = sides_of(placed(SQUARE, np.eye(3)))
-    middle = apart.mean(axis=1, keepdims=True)
-    short = middle + 0.2 * (apart - middle)
-    assert planes_of(short, np.ones(4), PIXEL) == ()
 
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -1,10 +1,8 @@
 """Planes through texture points."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
-    shown_patches,
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
@@ -62,26 +60,6 @@ def test_the_unit_of_length_and_the_frame_change_no_patch() -> None:
     (other,) = texture_planes(moved, 1000 * PIXEL)
     np.testing.assert_array_equal(patch.points, other.points)
     assert abs(abs((turn @ patch.normal) @ other.normal) - 1) < 1e-9
-
-
-def test_only_what_is_surface_speaks_for_a_patch() -> None:
-    rng = np.random.default_rng(3)
-    texture = texture_of(np.concatenate([level(rng, 40, 0.0), scattered(rng, 20)]))
-    patches = texture_planes(texture, PIXEL)
-
-    def left_half_from_above(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-        front = (points[:, 0] < 0) & (normal[2] > 0)
-        back = (points[:, 0] < 0) & (normal[2] < 0)
-        return np.stack([front, back])
-
-    (half,) = shown_patches(patches, texture, left_half_from_above)
-    assert (texture.points[half.points, 0] < 0).all()
-    assert half.sides == (float(np.sign(half.normal[2])),)
-
-    def nowhere(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-        return np.zeros((2, len(points)), np.bool_)
-
-    assert shown_patches(patches, texture, nowhere) == ()
 
 
 def test_texture_on_a_curved_surface_is_on_no_plane() -> None:

@@ -54,16 +54,6 @@ def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray)
     np.testing.assert_allclose(found[0], segment, atol=1e-6)
 
 
-def test_parts_seen_in_one_view_each_are_joined() -> None:
-    start, end = np.array([-0.5, 0.2, -0.9]), np.array([0.4, 0.1, 0.8])
-
-    def part(low: float, high: float) -> FloatArray:
-        return start + np.array([[low], [high]]) * (end - start)
-
-    found, _ = candidate_segments(LEFT, seen(LEFT, part(0, 0.7)), RIGHT, seen(RIGHT, part(0.2, 1)))
-    np.testing.assert_allclose(found[0], [start, end], atol=1e-9)
-
-
 @pytest.mark.parametrize(("overlap", "count"), [(MIN_OVERLAP - 0.05, 0), (MIN_OVERLAP + 0.05, 1)])
 def test_parts_must_overlap_enough(overlap: float, count: int) -> None:
     # Upright segments at depth 2: 100 px in either picture.
@@ -72,17 +62,6 @@ def test_parts_must_overlap_enough(overlap: float, count: int) -> None:
     right = np.array([[30.0, low, 30.0, low + 100.0]])
     found, made_of = candidate_segments(view(), left, BESIDE, right)
     assert len(found) == len(made_of) == count
-
-
-def test_a_segment_in_the_epipolar_plane_has_no_depth() -> None:
-    # Level segments in pictures side by side: both planes are one.
-    segment = np.array([[0.2, 0.1, 3.0], [0.9, 0.1, 3.0]])
-    views = (view(), BESIDE)
-    found, made_of = candidate_segments(
-        views[0], seen(views[0], segment), views[1], seen(views[1], segment)
-    )
-    assert found.shape == (0, 2, 3)
-    assert made_of.shape == (0, 2)
 
 
 def lines_of(views: tuple[View, ...]) -> LineCloud:

@@ -20,7 +20,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_refine import
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
     coverage,
 )
-from tests.perception.detection.drawings import CAMERA, along, half_plane, view, with_noise
+from tests.perception.detection.drawings import CAMERA, along, half_plane, view
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 
@@ -43,15 +43,6 @@ def test_a_segment_on_a_drawn_edge_is_covered(angle: float) -> None:
     assert on_it == 1.0
     assert beside_it == 0.0
     assert across_it <= 0.1  # the sample in the middle may lie on the edge, but not along it
-
-
-def test_a_view_says_nothing_about_what_it_does_not_see() -> None:
-    looking = view(half_plane(0.0, np.array([160.0, 120.0])))
-    maps = [edge_map(looking.image)]
-    outside = np.array([[[-300.0, 120.0], [-50.0, 120.0]], [[-180.0, 120.0], [100.0, 120.0]]])
-    behind = -at_depth(np.array([[[60.0, 120.0], [260.0, 120.0]]]))
-    segments = np.concatenate([at_depth(outside), behind])
-    assert np.isnan(coverage(segments, [looking], maps)).all()
 
 
 def test_every_edge_of_a_block_is_covered_where_it_is_seen() -> None:
@@ -94,16 +85,6 @@ def test_the_offset_of_a_drawn_edge_is_read(angle: float, off: float) -> None:
     np.testing.assert_allclose(reading.normal[0], normal, atol=1e-9)
     np.testing.assert_allclose(reading.uv[0], along(angle, MIDDLE, count=41), atol=1e-9)
     assert reading.visible.all()
-
-
-def test_noise_scatters_the_readings_but_does_not_shift_them() -> None:
-    points = at_depth(along(0.0, MIDDLE, reach=120, count=121)[None])
-    means = []
-    for seed in range(10):
-        looking = view(with_noise(half_plane(0.0, MIDDLE), 5.0, seed))
-        means.append(np.nanmean(read_edges(looking, edge_map(looking.image), points, 4.0).offset))
-    assert abs(np.mean(means)) < 0.08
-    assert np.std(means) < 0.1
 
 
 @pytest.mark.parametrize("seed", range(2))

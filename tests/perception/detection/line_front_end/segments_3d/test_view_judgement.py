@@ -120,11 +120,6 @@ def test_a_right_view_with_many_edges_of_its_own_is_no_contradiction() -> None:
     assert judged(with_view(3, replace(RIG.views[3], image=image))) == ()
 
 
-def test_of_a_few_views_none_is_called_wrong() -> None:
-    views = with_view(1, turned(RIG.views[1], 20.0))[:5]
-    assert judged(views) == ()
-
-
 def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
     handed: list[Sequence[int]] = []
 
@@ -195,12 +190,3 @@ def test_a_foreign_picture_is_named_though_it_helps_to_find_lines(
     other = prepared_pictures([replace(tour.views[k], image=image)], StepClock())
     kept = [j for j in range(len(tour.views)) if j != k]
     assert named(tour.select(kept).extended_by(other)) == [len(kept)]
-
-
-@pytest.mark.slow
-def test_two_foreign_pictures_are_named_though_they_show_the_same_thing(tour: Pictures) -> None:
-    chair = simulated_views("chair", 2, progress=None, clock=StepClock()).views[:20:2]
-    others = [replace(tour.views[k], image=chair[k].image) for k in (2, 6)]
-    kept = [k for k in range(10) if k not in (2, 6)]
-    pictures = tour.select(kept).extended_by(prepared_pictures(others, StepClock()))
-    assert named(pictures) == [8, 9]
