@@ -3,12 +3,16 @@
 Wrong matches bias a filter however large the others' number (10 % of them: 88 % of points lost
 without a gate, 18 % with a gate that only looks back). So where all views together do not fit,
 hypotheses are tested as in RANSAC, scored by a truncated likelihood as in MLESAC (Torr and
-Zisserman 2000), but without random sampling: pairs of views each propose a point (point_pairs.py),
-the likeliest proposal is fitted to its inliers until these no longer change, and the recursion runs
-over them. A few pairs are enough where the inliers outweigh whatever the other views might still
-agree on; else all pairs propose, and the winner must be far likelier than any other point. So the
-result is that of the likelihood, whichever pairs propose, and depends neither on the order of the
-views nor on rounding.
+Zisserman 2000), but without random sampling: pairs of views each propose a point, the likeliest
+proposal is fitted to its inliers until these no longer change, and the recursion runs over them. A
+few pairs are enough where the inliers outweigh whatever the other views might still agree on; else
+all pairs propose, and the winner must be far likelier than any other point. So the result is that
+of the likelihood, whichever pairs propose, and depends neither on the order of the views nor on
+rounding.
+
+Pairs are chosen by the places of the cameras alone, each view with partners from near to far; few
+views make all their pairs. A proposal is scored by a truncated log likelihood ratio over all views
+against chance: an outlier may lie anywhere in its picture.
 """
 
 from dataclasses import dataclass

@@ -168,7 +168,7 @@ class LabelledVertex:
 
     `position` is the known part of the label, as `front_?_top`, though others may have it as well.
     `mark` distinguishes a vertex without a label from the picture's others, and limits the vertices
-    of other pictures that it may correspond to (junction_marks.py).
+    of other pictures that it may correspond to.
     """
 
     vertex: ImageVertex

@@ -55,6 +55,10 @@ SHORTEST_STEP = 1e-3
 falls at first."""
 ROUNDS = 5
 """Rounds of fitting and size estimation, at most: from far off both are wrong at first."""
+LEAST_POINTS = 4
+"""Fewer points do not constrain six unknowns a view and three a point."""
+CHOICES = 2
+"""Choices of inliers, each at better poses."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -286,18 +290,12 @@ def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArra
     )
 
 
-LEAST_POINTS = 4
-"""Fewer points do not constrain six unknowns a view and three a point."""
-CHOICES = 2
-"""Choices of inliers, each at better poses."""
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class AdjustedPoints:
     """Views adjusted in pose and focal length; points (n, 3), covs (n, 3, 3), used (n, V), ok (n,).
 
     As of `estimate_points`, pose errors included, and `shape_covs` (n, 3, 3) without the common
-    motion of all points (common_motion.py); `extra_px` is the pixel noise beyond the pixels' own
+    motion of all points; `extra_px` is the pixel noise beyond the pixels' own
     covariances, `factor` by how much all these variances are too small because neighbouring views
     share errors. `adjusted` is None where there were too few points to adjust poses.
     """
