@@ -29,7 +29,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
 )
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses, moved
+from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, moved
 from facetlog.perception.types import FloatArray, Pose, View
 
 SAMPLES = 16
@@ -46,7 +46,7 @@ class DriftingViews:
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
     """Straight segments (n, 4) of each picture."""
-    chain: PoseChain | SinglePoses
+    chain: TwistPrior
 
     def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
         """Return the chosen views moved by these twists, one for each of them."""
@@ -162,7 +162,7 @@ class Lines(NamedTuple):
 
 def drifting_views(
     views: Sequence[View],
-    chain: PoseChain | SinglePoses,
+    chain: TwistPrior,
     reach_px: float | None = None,
     noises: Sequence[Noise] | None = None,
 ) -> DriftingViews:

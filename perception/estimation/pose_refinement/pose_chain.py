@@ -23,60 +23,35 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PoseChain:
-    """The covariances (6, 6) of the first pose's twist and of what each step adds (V - 1, 6, 6).
+class TwistPrior:
+    """Covariances (V, 6, 6) of the twists of poses about the point `about` (3,).
 
-    Twists are about the point `about` (3,): rotation vectors in radians, then shifts in world
-    units.
+    In a `chain` they are of the first pose's twist, and of what each step adds to it; else of each
+    pose's own. Twists are rotation vectors in radians, then shifts in world units.
     """
 
     about: FloatArray
-    first: FloatArray
-    steps: FloatArray
-
-    def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before
-        it.
-        """
-        return twists[k - 1], self.steps[k - 1]
-
-    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Add the prior's normal equations of the first twists (V, 6) to h and g."""
-        belief = np.linalg.inv(self.first)
-        h[:6, :6] += belief
-        g[:6] -= belief @ twists[0]
-        for k in range(1, len(twists)):
-            before, after = slice(6 * k - 6, 6 * k), slice(6 * k, 6 * k + 6)
-            belief = np.linalg.inv(self.steps[k - 1])
-            pull = belief @ (twists[k] - twists[k - 1])
-            h[before, before] += belief
-            h[after, after] += belief
-            h[before, after] -= belief
-            h[after, before] -= belief
-            g[before] += pull
-            g[after] -= pull
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SinglePoses:
-    """Covariances (V, 6, 6) of the twists about `about` (3,) of poses with independent errors."""
-
-    about: FloatArray
     covs: FloatArray
+    chain: bool
 
     def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the mean (6,) and covariance (6, 6) of the twist of view k, independent of the
-        others.
-        """
-        return np.zeros_like(twists[0]), self.covs[k]
+        """Return the mean (6,) and covariance (6, 6) of the twist of view k > 0."""
+        return twists[k - 1] if self.chain else np.zeros(6), self.covs[k]
 
     def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Add the prior's normal equations of the first twists (V, 6) to h and g."""
+        """Add the normal equations of the first twists (V, 6) to h and g."""
         for k, twist in enumerate(twists):
-            at = slice(6 * k, 6 * k + 6)
             belief = np.linalg.inv(self.covs[k])
+            linked = self.chain and k > 0
+            pull = belief @ (twist - twists[k - 1] if linked else twist)
+            at, before = slice(6 * k, 6 * k + 6), slice(6 * k - 6, 6 * k)
             h[at, at] += belief
-            g[at] -= belief @ twist
+            g[at] -= pull
+            if linked:
+                h[before, before] += belief
+                h[before, at] -= belief
+                h[at, before] -= belief
+                g[before] += pull
 
 
 def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
@@ -87,7 +62,7 @@ def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
 
 def pose_chain(
     poses: Sequence[Pose], covariances: FloatArray, about: FloatArray, distance: float
-) -> PoseChain:
+) -> TwistPrior:
     """Return the chain of poses, in the order in which they were taken.
 
     `covariances` (V, 6, 6) are of place (world units) and of a rotation vector (radians), both in
@@ -104,8 +79,7 @@ def pose_chain(
         before + after if (step := added(before, after)) is None else step
         for before, after in pairwise(of_twists)
     ]
-    steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
-    return PoseChain(about, of_twists[0] + own[0], steps)
+    return TwistPrior(about, np.array([of_twists[0], *grown]) + own, chain=True)
 
 
 def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:

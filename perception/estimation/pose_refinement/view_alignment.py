@@ -25,7 +25,7 @@ from facetlog.perception.estimation.pose_refinement.line_alignment import (
     lines_of,
     smaller,
 )
-from facetlog.perception.estimation.pose_refinement.pose_chain import SinglePoses, of_twist
+from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, of_twist
 from facetlog.perception.types import FloatArray, View
 
 POSE_SD = np.radians(1.0)
@@ -68,7 +68,7 @@ def aligned_views(
     graph = view_graph(views)
     cov = POSE_SD**2 * np.diag([graph.distance**2] * 3 + [1.0] * 3)
     covs = np.array([of_twist(v.pose, cov, graph.focus) for v in views])
-    prior = SinglePoses(graph.focus, covs)
+    prior = TwistPrior(graph.focus, covs, chain=False)
     full = DriftingViews(tuple(views), tuple(maps), tuple(segments), prior)
     best = np.zeros((len(views), 6))
     twists, _ = align(full, best, lines, use, SEARCH_PX[0])
