@@ -65,9 +65,8 @@ def test_steps_have_the_covariance_of_many_drawn_drifts() -> None:
     steps = np.diff(np.array(drawn), axis=1)
     of_heading = steps[:, :, 2].std(axis=0)
     assert of_heading == pytest.approx(np.sqrt(chain.covs[1:][:, 2, 2]), rel=0.5)
-    assert (
-        of_heading <= np.sqrt(chain.covs[1:][:, 2, 2])
-    ).all()  # the views' own errors come on top
+    # The views' own errors come on top.
+    assert (of_heading <= np.sqrt(chain.covs[1:][:, 2, 2])).all()
     for axis in (3, 4):
         assert (steps[:, :, axis].std(axis=0) <= 1.1 * np.sqrt(chain.covs[1:][:, axis, axis])).all()
 
