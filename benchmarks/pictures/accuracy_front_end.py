@@ -25,12 +25,10 @@ from facetlog.perception.detection.block_front_end.face_outlines import track_po
 from facetlog.perception.detection.block_front_end.faces_of_block import (
     BlockFeatures,
     block_front_end,
+    picture_features,
 )
-from facetlog.perception.detection.block_front_end.picture_features import picture_features
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.tracked_faces import TrackedFaces
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
-from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 from facetlog.pipeline import FrontEnd
@@ -304,7 +302,7 @@ def corners_of(front_end: FrontEnd, views: Sequence[View]) -> Corners:
         return [[labelled.vertex for labelled in picture] for picture in pictures]
     up = np.array([0.0, 0.0, 1.0])
     try:
-        tracked = line_front_end(views, up, StepClock(), None, aligned_views, triangulated)
+        tracked = line_front_end(views, up, StepClock())
     except FacetlogError:
         tracked = TrackedFaces((), (), ())
     found: list[list[Corner]] = [[] for _ in views]

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.common import Cell, Report, Settings, Table
 from facetlog.paper.experiment import Experiment, run_experiment
-from facetlog.perception.detection.block_front_end.picture_features import picture_features
+from facetlog.perception.detection.block_front_end.faces_of_block import picture_features
 from facetlog.perception.step_clock import StepClock
 
 __all__ = ["NAME", "measure"]

@@ -28,12 +28,12 @@ from benchmarks.pictures.recognition import tour_views
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.detection.block_front_end.correspondence import track_vertices
-from facetlog.perception.detection.block_front_end.faces_of_block import labelled_pictures
-from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
-from facetlog.perception.detection.block_front_end.picture_features import (
+from facetlog.perception.detection.block_front_end.faces_of_block import (
     PictureFeatures,
+    labelled_pictures,
     picture_features,
 )
+from facetlog.perception.detection.block_front_end.position_labels import picture_drawing
 from facetlog.perception.facts.drawing_facts import drawing_rows, flat_along
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing

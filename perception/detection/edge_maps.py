@@ -1,4 +1,4 @@
-"""Where a picture has edges, and which way they run: gradients and an oriented edge mask."""
+"""Edges of a picture and their directions: gradients and an oriented edge mask."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,12 +7,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_pictures
-from facetlog.perception.detection.gradients import GRADIENT_NOISE, Gradient, gradient
+from facetlog.perception.detection.coarse_pictures import (
+    GRADIENT_NOISE,
+    CoarsePicture,
+    Gradient,
+    coarse_pictures,
+    gradient,
+)
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
-
-__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map"]
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16
@@ -43,7 +46,7 @@ def edge_map(
     own_noise: Noise | None = None,
     coarser: Sequence[CoarsePicture] | None = None,
 ) -> EdgeMap:
-    """Gradients and oriented edge mask of one grey picture.
+    """Return gradients and oriented edge mask of one grey picture.
 
     The mask's edges are dilated by `reach_px`, or by the usual effect of pose errors. The noise is
     estimated from the picture if `own_noise` is None. In a noisy picture edges that only its
@@ -97,7 +100,7 @@ def _shifted(by: int, length: int) -> slice:
 
 
 def direction_bits(direction: FloatArray) -> NDArray[np.uint16]:
-    """Mask bits that an edge running at `direction` (radians, any shape) may have set.
+    """Return mask bits that an edge running at `direction` (radians, any shape) may have set.
 
     Its own bin and both neighbours: an orientation is known to about one bin.
     """

@@ -1,11 +1,17 @@
-"""Unusable pictures: black, saturated, of one grey level, tiny, blurred.
+"""Unusable pictures: black, saturated, of one grey level, tiny, blurred, or given twice.
 
 A picture without contrast is recognised by itself. Blur is measured at the strongest edges, whose
 gradient falls by less than a sharp edge's when the picture is smoothed once more. A few pictures
 more blurred than the others are left out; where most are blurred, all are kept.
+
+Of duplicate pictures with different poses at most one can be right: noise makes any two photographs
+differ. Pictures rendered without noise may be equal where the thing looks the same from several
+sides, so they are named, and all stay.
 """
 
+import hashlib
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -16,8 +22,6 @@ from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.name_lists import named
 from facetlog.perception.reading.picture_file import LEAST_SIDE_PX
 from facetlog.perception.types import FloatArray, Image, View
-
-__all__ = ["blur_px", "nothing_shown", "usable_views"]
 
 DARK, BRIGHT = 40.0, 215.0
 """Grey levels of an empty picture, below which it is called black and above which saturated."""
@@ -48,7 +52,7 @@ MEDIAN_OF_NORMAL = 0.6745
 
 
 def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
-    """The views whose pictures show something, and a warning for each kind of fault.
+    """Return the views whose pictures show something, and a warning for each kind of fault.
 
     InputError where fewer than two are left. Blurred pictures are left out while most are sharp;
     where most are blurred, all stay.
@@ -78,8 +82,9 @@ def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ..
 
 
 def nothing_shown(image: Image) -> str | None:
-    """The fault of an empty picture ("black", "saturated", "of one grey level", "too small"); None
-    if it has grey levels beyond its noise."""
+    """Return the fault of an empty picture ("black", "saturated", "of one grey level", "too
+    small"); None if it has grey levels beyond its noise.
+    """
     if min(image.shape) < LEAST_SIDE_PX:
         return f"too small ({image.shape[1]} x {image.shape[0]})"
     counts = np.cumsum(np.bincount(image.ravel(), minlength=256)) / image.size
@@ -91,7 +96,8 @@ def nothing_shown(image: Image) -> str | None:
 
 
 def blur_px(image: Image) -> float:
-    """Standard deviation in px of the blur of the picture's strongest edges; NaN without edges.
+    """Return the standard deviation in px of the blur of the picture's strongest edges; NaN without
+    edges.
 
     The gradient of a step of height C, blurred by b and smoothed by s, peaks at
     C / sqrt(2π (s² + b²)): the ratio r of two of them gives b² = (s₂² - r² s₁²) / (r² - 1).
@@ -112,7 +118,7 @@ def blur_px(image: Image) -> float:
 
 
 def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
-    """Its magnitude (H, W) in grey levels per px."""
+    """Return the gradient's magnitude (H, W) in grey levels per px."""
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigma)
     gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)
     gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)
@@ -120,7 +126,7 @@ def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
 
 
 def _far_above(blurs: FloatArray) -> list[int]:
-    """The indices of blurs far above the median of all; none where they are not a minority."""
+    """Return indices of blurs far above the median of all; none where they are not a minority."""
     known = np.isfinite(blurs)
     if known.sum() <= LEAST_OTHERS:
         return []
@@ -152,3 +158,29 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
         f"{which} {kind} ({named([views[k].name for k in empty])}): "
         "check the files, exposure and lens cap"
     )
+
+
+def same_pictures(views: Sequence[View]) -> tuple[str, ...]:
+    """Return a warning for each picture that several views with different poses have, pixel by
+    pixel.
+
+    The same picture at the same pose is no fault: together such views count as one.
+    """
+    alike: dict[tuple[tuple[int, ...], bytes], list[View]] = {}
+    for view in views:
+        pixels = hashlib.sha256(view.image.tobytes()).digest()
+        alike.setdefault((view.image.shape, pixels), []).append(view)
+    found = []
+    for same in alike.values():
+        poses = [view.pose for view in same]
+        if any(
+            not np.array_equal(a.rotation, b.rotation) or not np.array_equal(a.centre, b.centre)
+            for a, b in pairwise(poses)
+        ):
+            names = named([view.name for view in same])
+            which = f"all {len(views)} pictures ({names})" if len(same) == len(views) else names
+            found.append(
+                f"{which}: one and the same picture at different poses; "
+                "give each pose its own, unless the thing looks the same from there"
+            )
+    return tuple(found)

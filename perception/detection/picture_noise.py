@@ -7,8 +7,6 @@ import numpy as np
 
 from facetlog.perception.types import Image
 
-__all__ = ["MIN_NOISE_SD", "Noise", "noise_sd", "working_noise"]
-
 # A picture without noise (rendered, saturated) still has rounding, whose single steps are no edges.
 MIN_NOISE_SD = 1.5
 
@@ -25,7 +23,8 @@ class Noise:
 
 
 def noise_sd(image: Image) -> float:
-    """Standard deviation of the picture's noise in grey levels; texture raises it little.
+    """Return the standard deviation of the picture's noise in grey levels; texture raises it
+    little.
 
     The median of |N * image| with N the difference of two Laplacians, which no plane or straight
     edge along the grid answers to (Immerkær 1996; the median in place of the mean).
@@ -42,5 +41,5 @@ def noise_sd(image: Image) -> float:
 
 
 def working_noise(image: Image) -> Noise:
-    """The noise that thresholds follow of a picture not enlarged, MIN_NOISE_SD at least."""
+    """Return the noise that thresholds follow of a picture not enlarged, MIN_NOISE_SD at least."""
     return Noise(max(noise_sd(image), MIN_NOISE_SD))

@@ -10,8 +10,6 @@ from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["detect_segments"]
-
 # Shorter segments have no usable direction; as a share of the picture's diagonal.
 MIN_LENGTH = 0.025
 # LSD's `quant`, the error of a grey level that its gradient threshold allows for, over the noise:
@@ -31,7 +29,7 @@ SAMPLES = 12
 def detect_segments(
     image: Image, noise: Noise | None = None, coarser: Sequence[CoarsePicture] | None = None
 ) -> FloatArray:
-    """Segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
+    """Return segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
 
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
     are found and the noise of a poor one is not; fainter ones of a noisy picture are found at

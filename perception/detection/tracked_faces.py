@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, Track
 
-__all__ = ["Completion", "FacePlane", "Landmarks", "TrackedFace", "TrackedFaces"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FacePlane:

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from facetlog.perception.stable_order import TIE, farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["ViewGraph", "view_graph", "view_motion"]
-
 # Two views count as two only as far as the picture of the object moved between them, px: with less
 # motion any candidate looks consistent.
 DISTINCT_PX = 6.0
@@ -30,7 +28,7 @@ FAR = 10.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ViewGraph:
-    """What the views look at, and how they relate.
+    """The common focus of views, their weights, and the pairs to match.
 
     `focus` (3,) is the point nearest to all optical axes, `distance` the median distance of the
     cameras from it; `weight` (V,) is how much a view counts beside those almost like it;
@@ -44,12 +42,12 @@ class ViewGraph:
 
 
 def view_motion(views: Sequence[View]) -> FloatArray:
-    """Motion (V, V), px, between each two views of the picture of what they look at."""
+    """Return the motion (V, V), px, between each two views of the picture of what they look at."""
     return _looks(views).motion()
 
 
 def view_graph(views: Sequence[View]) -> ViewGraph:
-    """The views' common focus, their weights and the pairs to match."""
+    """Return the views' common focus, their weights and the pairs to match."""
     looks = _looks(views)
     motion = looks.motion()
     alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)

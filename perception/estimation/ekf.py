@@ -17,20 +17,6 @@ from numpy.typing import ArrayLike
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Linearised",
-    "Measurement",
-    "Run",
-    "State",
-    "innovation_chi2",
-    "largest_sd",
-    "linearise",
-    "recursion",
-    "run",
-    "step",
-    "step_all",
-]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class State:
@@ -74,7 +60,7 @@ class Run:
 def linearise(
     f: ArrayLike, df_da: ArrayLike, df_dx: ArrayLike, noise: ArrayLike, a: FloatArray
 ) -> Linearised:
-    """y, M and W of equations (1) and (2), from f (p,) and its derivatives at (x, a).
+    """Return y, M and W of equations (1) and (2), from f (p,) and its derivatives at (x, a).
 
     `df_da` is (p, n), `df_dx` (p, m), `noise` is Λ (m, m). Section 2 of the paper prints y with
     (a - a*); the constant part, which is what the filter is given, is -f + M a*.
@@ -90,7 +76,7 @@ def linearise(
 
 
 def step(state: State, measured: Linearised) -> State:
-    """The state after one measurement, equations (3) to (5).
+    """Return the state after one measurement, equations (3) to (5).
 
     filterpy takes S in Joseph's form, which is (5) for the gain of (3) and, unlike (5) as printed,
     stays symmetric and positive when rounding spoils the gain.
@@ -118,8 +104,8 @@ def step(state: State, measured: Linearised) -> State:
 def step_all(
     a: FloatArray, S: FloatArray, y: FloatArray, M: FloatArray, W: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """`step` for N states at once: estimates (N, n) and covariances (N, n, n) after a measurement
-    of each: y (N, p), M (N, p, n), W (N, p, p).
+    """Return `step` for N states at once: estimates (N, n) and covariances (N, n, n) after a
+    measurement of each: y (N, p), M (N, p, n), W (N, p, p).
     """
     Mt = M.swapaxes(-1, -2)
     # (3)  K = S Mᵀ (W + M S Mᵀ)⁻¹
@@ -134,19 +120,19 @@ def step_all(
 
 
 def innovation_chi2(state: State, measured: Linearised) -> float:
-    """Squared Mahalanobis length of y - M a under W + M S Mᵀ: chi-square with p degrees."""
+    """Return squared Mahalanobis length of y - M a under W + M S Mᵀ: chi-square with p degrees."""
     innovation = measured.y - measured.M @ state.mean
     spread = measured.W + measured.M @ state.cov @ measured.M.T
     return float(innovation @ np.linalg.solve(spread, innovation))
 
 
 def largest_sd(cov: ArrayLike) -> float:
-    """Standard deviation in the least certain direction; the same in every frame."""
+    """Return the standard deviation in the least certain direction; the same in every frame."""
     return float(np.sqrt(max(np.linalg.eigvalsh(np.asarray(cov, dtype=np.float64))[-1], 0.0)))
 
 
 def recursion(start: State, measurements: Iterable[Measurement]) -> Iterator[State]:
-    """The states after each measurement, each linearised at the state before it."""
+    """Return the states after each measurement, each linearised at the state before it."""
     state = start
     for measurement in measurements:
         state = step(state, measurement(state.mean))
@@ -154,7 +140,7 @@ def recursion(start: State, measurements: Iterable[Measurement]) -> Iterator[Sta
 
 
 def run(start: State, measurements: Iterable[Measurement], sd_limit: float | None = None) -> Run:
-    """The end of the recursion: the first state within `sd_limit`, or the last measurement.
+    """Return the end of the recursion: the first state within `sd_limit`, or the last measurement.
 
     The paper stops when S is "below a predefined threshold"; here that is the largest standard
     deviation (in the unit of a), which no turn of the frame changes. Measurements after the stop

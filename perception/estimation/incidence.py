@@ -8,7 +8,7 @@ measured x; so x is first projected to its most likely place on a, x* = x - Λ G
 (1) requires (x* there). The paper's printed recursions do not: `as_printed`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
@@ -26,21 +26,6 @@ from facetlog.perception.estimation.ekf import (
     step_all,
 )
 from facetlog.perception.types import FloatArray
-
-__all__ = [
-    "GATE",
-    "MAX_HELD",
-    "MAX_SLOPE",
-    "SURE_SD",
-    "Incidence",
-    "as_printed",
-    "converted",
-    "held_start",
-    "most_likely",
-    "solved",
-    "updated",
-    "updated_one",
-]
 
 T = TypeVar("T")
 
@@ -77,7 +62,7 @@ class Incidence:
 
 
 def solved(on: Incidence, x: FloatArray) -> FloatArray:
-    """The unweighted least-squares a (..., n) of measurements x (..., V, m)."""
+    """Return the unweighted least-squares a (..., n) of measurements x (..., V, m)."""
     M, y = on.equations(x)
     rows = M.reshape(*M.shape[:-3], -1, M.shape[-1])
     values = y.reshape(*y.shape[:-2], -1)
@@ -91,7 +76,7 @@ def most_likely(
     noise: FloatArray,
     start: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m).
+    """Return the most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m).
 
     `noise` (N, V, m, m) may be singular where the equations do not ask. Gauss-Newton from `start`
     (N, n), every measurement made linear at one shared a: no order matters.
@@ -116,7 +101,8 @@ def most_likely(
 def updated(
     on: Incidence, a: FloatArray, S: FloatArray, x: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """a (N, n) and S (N, n, n) after one more measurement x (N, m), `noise` (N, m, m), of each.
+    """Return a (N, n) and S (N, n, n) after one more measurement x (N, m), `noise` (N, m, m), of
+    each.
 
     The third value (N,) is the squared Mahalanobis length of the innovation, chi-square with p
     degrees of freedom, by which a caller may refuse the update.
@@ -137,7 +123,7 @@ def updated(
 def updated_one(
     on: Incidence, state: State, x: FloatArray, noise: FloatArray
 ) -> tuple[State, float]:
-    """`updated` for a single state and a measurement x (m,), `noise` (m, m), of it."""
+    """Update a single state with a measurement x (m,), `noise` (m, m), of it, as `updated`."""
     after = state
     for again in range(RELINEARISED):
         y, M, W, _ = _linear(on, x, noise, after.mean)
@@ -149,34 +135,42 @@ def updated_one(
 
 
 def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
-    """A measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the measured
-    x, the weight at the previous estimate.
+    """Return a measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the
+    measured x, the weight at the previous estimate.
     """
     M, y = on.equations(x)
     return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
 
 
-def held_start(
-    fit: Callable[[int], T], count: int, sure: Callable[[T], bool]
-) -> tuple[T, int] | None:
-    """The start of a recursion: the fit of the first measurements, and how many these are.
+def recursion_from_fit(
+    fit: Callable[[int], T], count: int, is_sure: Callable[[T], bool], update: Callable[[T, int], T]
+) -> Iterator[T]:
+    """Yield an estimate after each further of `count` measurements, each used once.
 
-    As many of `count` as make it `sure`, at most MAX_HELD; None if `fit` raises ValueError for all.
+    The start is `fit` of the first ones: as many as make it sure, at most MAX_HELD; none if `fit`
+    raises ValueError for all. `update` takes measurement k.
     """
     found: tuple[T, int] | None = None
     for held in range(2, min(count, MAX_HELD) + 1):
         with suppress(ValueError):
             found = fit(held), held
-            if sure(found[0]):
+            if is_sure(found[0]):
                 break
-    return found
+    if found is None:
+        return
+    estimate, held = found
+    yield estimate
+    for k in range(held, count):
+        estimate = update(estimate, k)
+        yield estimate
 
 
 def converted(
     S: FloatArray, a: FloatArray, to: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Another description to(a) (k,) of an estimate a (n,), with its covariance (k, k) by first
-    order; the derivative is taken by complex steps, exact to rounding (Squire and Trapp 1998).
+    """Return another description to(a) (k,) of an estimate a (n,), with its covariance (k, k) by
+    first order; the derivative is taken by complex steps, exact to rounding (Squire and Trapp
+    1998).
     """
     tiny = 1e-100
     J = np.stack([to(a + 1j * tiny * e).imag / tiny for e in np.eye(len(a))], axis=-1)

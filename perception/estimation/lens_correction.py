@@ -9,8 +9,6 @@ from facetlog.perception.name_lists import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 
-__all__ = ["combined", "corrected", "lens_warnings"]
-
 WELL_KNOWN = 0.01
 """Relative standard deviation of a focal length above which the warning says that lengths are as
 uncertain."""
@@ -19,7 +17,7 @@ SURE_SDS = 3.0
 
 
 def corrected(view: View, error: LensError) -> View:
-    """The view undistorted, as a pinhole of the estimated focal length would have taken it."""
+    """Return view undistorted, as a pinhole of the estimated focal length would have taken it."""
     lens = _lens(view.camera, error)
     stored = view.stored
     if stored is not None:
@@ -33,7 +31,7 @@ def corrected(view: View, error: LensError) -> View:
 
 
 def combined(first: LensError, beyond: LensError) -> LensError:
-    """The total lens error, where a view corrected by the first still has the second."""
+    """Return the total lens error, where a view corrected by the first still has the second."""
     return LensError(
         first.focal * beyond.focal,
         first.radial + beyond.radial,
@@ -43,7 +41,9 @@ def combined(first: LensError, beyond: LensError) -> LensError:
 
 
 def lens_warnings(views: Sequence[View], errors: Sequence[LensError]) -> tuple[str, ...]:
-    """Warnings about the lenses of these views, given with their stated lenses; one a camera."""
+    """Return warnings about the lenses of these views, given with their stated lenses; one a
+    camera.
+    """
     cameras: dict[tuple[Camera, LensError], list[View]] = {}
     for view, error in zip(views, errors, strict=True):
         cameras.setdefault((view.camera, error), []).append(view)

@@ -25,19 +25,6 @@ from facetlog.perception.estimation.incidence import Incidence, as_printed, most
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Chart",
-    "NoPlane",
-    "PlaneFailure",
-    "PlaneFit",
-    "best_chart",
-    "chart_from_plane",
-    "fit_plane",
-    "plain_plane_recursion",
-    "plane_from_chart",
-    "with_common_errors",
-]
-
 # Rounding of coordinates, as a share of the points' spread: the least standard deviation of a
 # point, so that exact points (of a mesh) have a plane too.
 LEAST_SD = 1e-9
@@ -76,21 +63,15 @@ class PlaneFailure(StrEnum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlaneFit:
-    """A plane, the chart it was found in, and the chi-square of the points about it."""
+    """A plane, the chart it was found in, and the chi-square of the n points, of n - 3 degrees."""
 
     plane: Plane
     chart: Chart
     chi2: float
-    dof: int
     reason: None = None
 
     def __bool__(self) -> Literal[True]:
         return True
-
-    @property
-    def probability(self) -> float:
-        """The p-value: how often a true plane has a chi-square as large; 1 for three points."""
-        return float(chdtrc(self.dof, self.chi2)) if self.dof else 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,7 +85,7 @@ class NoPlane:
 
 
 def best_chart(normal: ArrayLike) -> Chart:
-    """The chart in which the slopes a and b of a plane with this normal are at most 1.
+    """Return the chart in which the slopes a and b of a plane with this normal are at most 1.
 
     >>> best_chart([1.0, 0.0, 0.1])
     <Chart.X: 0>
@@ -113,7 +94,8 @@ def best_chart(normal: ArrayLike) -> Chart:
 
 
 def plane_from_chart(chart: Chart, state: State) -> Plane:
-    """The plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is positive.
+    """Return the plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is
+    positive.
 
     >>> plane_from_chart(Chart.Z, State(np.array([0.0, 0.0, -3.0]), np.eye(3))).offset
     -3.0
@@ -133,7 +115,9 @@ def plane_from_chart(chart: Chart, state: State) -> Plane:
 
 
 def chart_from_plane(chart: Chart, plane: Plane) -> State:
-    """(a, b, p) of a plane with their covariance; ValueError if the plane is not in the chart."""
+    """Return (a, b, p) of a plane with their covariance; ValueError if the plane is not in the
+    chart.
+    """
     i, j, k = chart.axes
     n = plane.normal
     if abs(n[k]) < np.finfo(np.float64).eps:
@@ -149,8 +133,8 @@ def chart_from_plane(chart: Chart, plane: Plane) -> State:
 def plain_plane_recursion(
     points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
 ) -> Iterator[State]:
-    """The states (a, b, p) of the paper's recursion as printed after each point (3,); `noise`
-    (3, 3) is that of each point.
+    """Return the states (a, b, p) of the paper's recursion as printed after each point (3,);
+    `noise` (3, 3) is that of each point.
     """
     order = list(chart.axes)
     cov = np.asarray(noise, dtype=np.float64)[np.ix_(order, order)]
@@ -159,7 +143,8 @@ def plain_plane_recursion(
 
 
 def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
-    """The most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a reason.
+    """Return the most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a
+    reason.
 
     That of all the points at once (incidence.py) in the best chart, about their middle and in units
     of their spread, from a total-least-squares start. Independent of order, frame and unit. The
@@ -194,11 +179,12 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
     plane = _moved(plane_from_chart(chart, State(at[0], cov[0])), middle, spread)
     if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
         return NoPlane(PlaneFailure.UNCERTAIN)
-    return PlaneFit(plane, chart, float(chi2[0]), len(x) - 3)
+    return PlaneFit(plane, chart, float(chi2[0]))
 
 
 def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
-    """The plane through points (n, 3) whose distances from it have the joint covariance (n, n).
+    """Return the plane through points (n, 3) whose distances from it have the joint covariance (n,
+    n).
 
     Points of one fit have correlated errors: `fit_plane`, which assumes independent ones, would
     overestimate the precision of their mean.
@@ -234,7 +220,7 @@ PLANE_OF_POINTS = Incidence(_points, _by_point)
 
 
 def _moved(plane: Plane, middle: FloatArray, spread: float) -> Plane:
-    """The plane in the world, x_world = middle + spread * x."""
+    """Return the plane in the world, x_world = middle + spread * x."""
     # offset_world = spread * offset - n · middle
     J = np.eye(4)
     J[3, :3] = -middle

@@ -3,12 +3,16 @@
 Wrong matches bias a filter however large the others' number (10 % of them: 88 % of points lost
 without a gate, 18 % with a gate that only looks back). So where all views together do not fit,
 hypotheses are tested as in RANSAC, scored by a truncated likelihood as in MLESAC (Torr and
-Zisserman 2000), but without random sampling: pairs of views each propose a point (point_pairs.py),
-the likeliest proposal is fitted to its inliers until these no longer change, and the recursion runs
-over them. A few pairs are enough where the inliers outweigh whatever the other views might still
-agree on; else all pairs propose, and the winner must be far likelier than any other point. So the
-result is that of the likelihood, whichever pairs propose, and depends neither on the order of the
-views nor on rounding.
+Zisserman 2000), but without random sampling: pairs of views each propose a point, the likeliest
+proposal is fitted to its inliers until these no longer change, and the recursion runs over them. A
+few pairs are enough where the inliers outweigh whatever the other views might still agree on; else
+all pairs propose, and the winner must be far likelier than any other point. So the result is that
+of the likelihood, whichever pairs propose, and depends neither on the order of the views nor on
+rounding.
+
+Pairs are chosen by the places of the cameras alone, each view with partners from near to far; few
+views make all their pairs. A proposal is scored by a truncated log likelihood ratio over all views
+against chance: an outlier may lie anywhere in its picture.
 """
 
 from dataclasses import dataclass
@@ -22,21 +26,129 @@ from facetlog.perception.estimation.point_fit import (
     fit_points,
     innovation_chi2,
     linear_start,
+    solve_points,
     view_chi2,
 )
-from facetlog.perception.estimation.point_pairs import (
-    GATE_CHI2,
-    PAIR_VARIANCE,
-    pair_points,
-    pairs,
-    support,
-    view_gain,
-)
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
-from facetlog.perception.estimation.symmetric_matrices import solutions
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Consensus", "agreeing_views"]
+# An observation belongs to a point up to this squared Mahalanobis distance: chi-square with 2
+# degrees of freedom, 99.9 %.
+GATE_CHI2 = 13.815510557964274
+# Where a wrong match may lie: a picture about a radian wide and high, on the plane at depth 1.
+PICTURE_AREA = 1.0
+# A point of two views errs about as much as a pixel, seen from a view between them.
+PAIR_VARIANCE = 2.0
+# Rays whose directions differ by less than this many radians have no point in double precision.
+LEAST_PARALLAX = 1e-9
+# Proposals that are scored at once: what belongs to them stays in the processor's cache.
+SCORED_AT_ONCE = 512
+
+
+def view_gain(seen: Sightings) -> FloatArray:
+    """Return the most that each view (n, V) can add to twice the log likelihood ratio of a point.
+
+    2 log of the density of the pixel's noise at its middle over that of an outlier; zero where a
+    view did not see the point. Never less than the gate: an inlier, however uncertain, never lowers
+    a point's score.
+    """
+    a, b, c = seen.info[:, 0], seen.info[:, 1], seen.info[:, 2]
+    determinant = np.where(seen.seen, a * c - b * b, 1.0)
+    density = 2.0 * np.log(PICTURE_AREA / (2.0 * np.pi)) + np.log(determinant)
+    return np.where(seen.seen, np.maximum(density, GATE_CHI2), 0.0)
+
+
+def pairs(
+    cameras: Cameras, seen: BoolArray, partners: int
+) -> tuple[IndexArray, IndexArray, IndexArray]:
+    """Return the row in `seen` (n, V), first and second view of each pair that proposes.
+
+    Each view that saw the point makes pairs with so many others that did, evenly spread over their
+    ranks of distance from it; one partner is that of the middle rank.
+    """
+    centres = cameras.centres
+    apart = ((centres[:, None] - centres) ** 2).sum(axis=2)
+    np.fill_diagonal(apart, -1.0)
+    order = np.argsort(apart, axis=1)[:, 1:]
+    # Points that the same views saw have the same pairs.
+    packed = np.packbits(seen, axis=1)
+    _, sample, like = np.unique(
+        packed.view(np.dtype((np.void, packed.shape[1])))[:, 0],
+        return_index=True,
+        return_inverse=True,
+    )
+    patterns = seen[sample]
+    others = patterns[:, order]
+    rank = np.cumsum(others, axis=2)
+    count = rank[:, :, -1:]
+    at = rank * min(partners, seen.shape[1]) + count // 2
+    chosen = others & (at // np.maximum(count, 1) > (at - partners) // np.maximum(count, 1))
+    both = np.zeros((*patterns.shape, seen.shape[1]), dtype=np.bool_)
+    both[:, np.arange(seen.shape[1])[:, None], order] = chosen
+    both &= patterns[:, :, None]
+    both |= both.swapaxes(1, 2)
+    pattern, i, j = np.nonzero(np.triu(both))
+    # Each point takes those of its pattern.
+    number = np.bincount(pattern, minlength=len(patterns))
+    end = np.cumsum(number[like])
+    owner = np.repeat(np.arange(len(seen)), number[like])
+    row = np.arange(owner.size) + (np.cumsum(number)[like] - end)[owner]
+    return owner, i[row], j[row]
+
+
+def pair_points(
+    cameras: Cameras, seen: Sightings, owner: IndexArray, i: IndexArray, j: IndexArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return points (q, 3) halfway between the rays of two views each, and whether (q,) the rays
+    meet.
+
+    They meet where they pass each other before both cameras within the gate of the pixels' noise.
+    """
+    R = cameras.projections[:, :, :3].transpose(1, 2, 0)[:, :, None]
+    x, y = seen.xy[:, 0], seen.xy[:, 1]
+    rays = (x * R[0] + y * R[1] + R[2]) / np.sqrt(1.0 + x * x + y * y)
+    # The widest variance of each pixel: 1 / the least eigenvalue of its information.
+    a, b, c = seen.info[:, 0], seen.info[:, 1], seen.info[:, 2]
+    root = np.sqrt((a - c) ** 2 + 4.0 * b * b)
+    widest = (a + c + root) / np.where(seen.seen, 2.0 * (a * c - b * b), 1.0)
+    di, dj = rays[:, owner, i], rays[:, owner, j]
+    ci, cj = cameras.centres.T[:, i], cameras.centres.T[:, j]
+    between = cj - ci
+    cosine = _dot(di, dj)
+    sine2 = np.maximum(1.0 - cosine * cosine, LEAST_PARALLAX**2)
+    along_i, along_j = _dot(di, between), _dot(dj, between)
+    s = (along_i - cosine * along_j) / sine2
+    t = (cosine * along_i - along_j) / sine2
+    gap = s * di - t * dj - between
+    noise = s * s * widest[owner, i] + t * t * widest[owner, j]
+    meet = (s > 0) & (t > 0) & (_dot(gap, gap) <= GATE_CHI2 * noise)
+    return (ci + s * di - 0.5 * gap).T, meet
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    # Of vectors (3, q); numpy's sums over an axis of three are slow.
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def support(
+    cameras: Cameras,
+    seen: Sightings,
+    view_gains: FloatArray,
+    owner: IndexArray,
+    points: FloatArray,
+) -> FloatArray:
+    """Return twice the log likelihood (q,) of proposed points against chance, over all views."""
+    scores = np.empty(len(owner))
+    for first in range(0, len(owner), SCORED_AT_ONCE):
+        part = slice(first, first + SCORED_AT_ONCE)
+        rows = owner[part]
+        chi2 = view_chi2(cameras, seen.xy[rows], seen.info[rows], points[part])
+        chi2 /= PAIR_VARIANCE
+        gain = view_gains[rows] - chi2
+        gain *= chi2 <= GATE_CHI2
+        scores[part] = gain.sum(axis=1)
+    return scores
+
 
 # All views are taken together unless a fit this bad would come up less often than once in 1,000.
 WHOLE_FIT_PROBABILITY = 1e-3
@@ -64,7 +176,7 @@ FEWEST_VIEWS_OF_A_BLOCK = 24
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Consensus:
-    """Points (n, 3), their covariances, packed (n, 6), and their inliers among the views (n, V).
+    """Points (n, 3), their covariances (n, 3, 3) and their inliers among the views (n, V).
 
     `behind` (n,) says which lie behind one of these views; `gain` (n,) is twice the log likelihood
     ratio against chance. There are no inliers where there is no consensus. Neutral frame.
@@ -78,17 +190,17 @@ class Consensus:
 
     @classmethod
     def none(cls, points: int, views: int) -> Self:
-        """So many points without inliers."""
+        """Return so many points without inliers."""
         return cls(
             np.zeros((points, 3)),
-            np.zeros((points, 6)),
+            np.zeros((points, 3, 3)),
             np.zeros((points, views), dtype=np.bool_),
             np.zeros(points, dtype=np.bool_),
             np.zeros(points),
         )
 
     def take(self, rows: IndexArray) -> Self:
-        """That of some of the points."""
+        """Return the consensus of some of the points."""
         return type(self)(
             self.points[rows],
             self.covs[rows],
@@ -104,12 +216,12 @@ class Consensus:
 
     @property
     def stands(self) -> BoolArray:
-        """Where (n,) there are enough inliers to prove a point against others."""
+        """Whether (n,) there are enough inliers to prove a point against others."""
         return np.asarray(self.inliers.sum(axis=1) >= LEAST_VIEWS)
 
 
 def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The consensus of the views of n points."""
+    """Return the consensus of the views of n points."""
     n, views = seen.seen.shape
     step = max(1, BLOCK // (views * max(views, FEWEST_VIEWS_OF_A_BLOCK)))
     agreed = Consensus.none(n, views)
@@ -129,7 +241,7 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The consensus of most views: by few pairs where that is clear, else by all of them."""
+    """Return the consensus of most views: by few pairs where that is clear, else by all of them."""
     view_gains = view_gain(seen)
     found = _likeliest(cameras, seen, view_gains, partners=1)
     rest = np.flatnonzero(~_clear(found, view_gains))
@@ -139,7 +251,7 @@ def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _all_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """The fit of all views together; without inliers where they do not agree on it."""
+    """Return the fit of all views together; without inliers where they do not agree on it."""
     dof = np.maximum(2 * np.arange(seen.seen.shape[1] + 1) - 3, 1)
     limit = chdtri(dof, WHOLE_FIT_PROBABILITY)[seen.seen.sum(axis=1)]
     start = linear_start(cameras, seen.xy, seen.info)
@@ -161,13 +273,15 @@ def _consensus(
 
 
 def _clear(found: Consensus, view_gains: FloatArray) -> BoolArray:
-    """Whether (n,) no other point could come near, if all other views agreed on it exactly."""
+    """Return whether (n,) no other point could come near, whatever the other views agree on."""
     others = (view_gains * ~found.inliers).sum(axis=1)
     return np.asarray(found.stands & (found.gain - others >= CLEAR_LEAD))
 
 
 def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> Consensus:
-    """The likeliest points of all pairs of views; without inliers where another is as likely."""
+    """Return the likeliest points of all pairs of views; without inliers where another is as
+    likely.
+    """
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
     found = _likeliest(cameras, seen, view_gains, partners)
@@ -176,7 +290,7 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> 
         first, part = found.take(doubted), seen.take(doubted)
         rival = _likeliest(cameras, part, view_gains[doubted], partners, outside=first.inliers)
         between = rival.points - first.points
-        square = (between * solutions(rival.covs + first.covs, between)).sum(axis=1)
+        square = (between * solve_points(rival.covs + first.covs, between)).sum(axis=1)
         close = np.abs(rival.gain - first.gain) < CLEAR_LEAD
         likelier = np.flatnonzero(rival.stands & (rival.gain > first.gain))
         first.put(likelier, rival.take(likelier))
@@ -192,7 +306,7 @@ def _likeliest(
     partners: int,
     outside: BoolArray | None = None,
 ) -> Consensus:
-    """The likeliest points that pairs of views propose, by none of the views in a mask."""
+    """Return the likeliest points that pairs of views propose, by none of the views in a mask."""
     may = seen.seen if outside is None else seen.seen & ~outside
     owner, i, j = pairs(cameras, may, partners)
     points, meet = pair_points(cameras, seen, owner, i, j)
@@ -213,7 +327,7 @@ def _likeliest(
 def _settle(
     cameras: Cameras, seen: Sightings, view_gains: FloatArray, start: FloatArray
 ) -> Consensus:
-    """Points fitted to their inliers, which are chosen anew until none changes."""
+    """Return points fitted to their inliers, which are chosen anew until none changes."""
     inliers = seen.seen & (
         view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
     )

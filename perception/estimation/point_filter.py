@@ -22,28 +22,15 @@ from facetlog.perception.estimation.ekf import (
     Linearised,
     Measurement,
     State,
-    largest_sd,
     linearise,
     recursion,
+    run,
 )
 from facetlog.perception.estimation.incidence import Incidence, as_printed
 from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
-from facetlog.perception.estimation.point_fit import DIAGONAL, START_SD
+from facetlog.perception.estimation.point_fit import START_SD
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
-from facetlog.perception.estimation.symmetric_matrices import unpacked
 from facetlog.perception.types import FloatArray, Observation
-
-__all__ = [
-    "NoPoint",
-    "PointEstimate",
-    "PointFailure",
-    "estimate_point",
-    "estimate_points",
-    "pixel_incidence",
-    "pixel_measurement",
-    "plain_recursion",
-    "ray_measurement",
-]
 
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
 # camera might as well be at infinity: infinity is then within 3 sd of its inverse depth.
@@ -97,7 +84,8 @@ class NoPoint:
 
 
 def pixel_incidence(projection: FloatArray) -> Incidence:
-    """The constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3, 4).
+    """Return the constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3,
+    4).
 
     The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
     the estimate are its projection, which makes this the filter of reprojection errors.
@@ -117,8 +105,8 @@ def pixel_incidence(projection: FloatArray) -> Incidence:
 
 
 def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> Measurement:
-    """A pixel (2,) as the paper's measurement of a point; M does not depend on the estimate, but
-    the weight of equation (10) does.
+    """Return a pixel (2,) as the paper's measurement of a point; M does not depend on the estimate,
+    but the weight of equation (10) does.
     """
     x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
     return as_printed(pixel_incidence(P), x, cov)
@@ -127,7 +115,9 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
 def pixel_measurement(
     uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
 ) -> Measurement:
-    """The pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the estimate)."""
+    """Return the pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the
+    estimate).
+    """
     uv, P = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
 
     def measured(a: FloatArray) -> Linearised:
@@ -145,7 +135,7 @@ def plain_recursion(
     projections: Sequence[FloatArray],
     start: State,
 ) -> Iterator[State]:
-    """The states of the paper's recursion as printed after each observation (section 5.3).
+    """Return the states of the paper's recursion as printed after each observation (section 5.3).
 
     With `start` at the null vector and a large covariance this is the paper's filter, kept for its
     printed figures and as a baseline; use `estimate_point`.
@@ -161,15 +151,13 @@ def estimate_point(
     *,
     sd_limit: float | None = None,
 ) -> PointEstimate | NoPoint:
-    """The point that the observations agree on; falsy with its reason where there is none.
+    """Return the point that the observations agree on; falsy with its reason where there is none.
 
     `projections` (3, 4) each take the world to the pixels of a view; `observations` index them.
     With `sd_limit` (in the world's unit) the recursion stops at the first observation that brings
     the largest standard deviation below it. Which views agree, and the point at which they are
     made linear, always come from all the observations given.
     """
-    if sd_limit is not None and not sd_limit > 0:
-        raise ValueError(f"the limit of the standard deviation must be positive, not {sd_limit}")
     if len(observations) < 2:
         return NoPoint(PointFailure.FEW_VIEWS)
     cameras = Cameras.of(np.array([projections[o.view] for o in observations]))
@@ -186,38 +174,30 @@ def estimate_point(
     agreed = [int(i) for i in np.flatnonzero(found.inliers[0])]
     at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
-    state = State(at, (START_SD * distance) ** 2 * np.eye(3))
-    states = recursion(
-        state,
-        (
-            pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
-            for i in agreed
-        ),
+    measurements = (
+        pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
+        for i in agreed
     )
-    needed: int | None = None
-    used = 0
+    limit = None if sd_limit is None else sd_limit / cameras.scale
     try:
-        for state in states:
-            used += 1
-            if sd_limit is not None and cameras.scale * largest_sd(state.cov) <= sd_limit:
-                needed = used
-                break
+        ended = run(State(at, (START_SD * distance) ** 2 * np.eye(3)), measurements, limit)
     except np.linalg.LinAlgError:
         # The depth's variance is so large beside a pixel's that rounding leaves no gain.
         return NoPoint(PointFailure.PARALLEL)
     return PointEstimate(
-        cameras.origin + cameras.scale * state.mean,
-        cameras.scale**2 * state.cov,
-        tuple(agreed[:used]),
+        cameras.origin + cameras.scale * ended.state.mean,
+        cameras.scale**2 * ended.state.cov,
+        tuple(agreed[: ended.used]),
         tuple(int(i) for i in np.flatnonzero(~found.inliers[0])),
-        needed,
+        ended.used if ended.reached else None,
     )
 
 
 def estimate_points(
     uv: ArrayLike, cov: ArrayLike, seen: ArrayLike, projections: ArrayLike
 ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
-    """Points (n, 3), covariances (n, 3, 3), used (n, V) and ok (n,): `estimate_point` for many.
+    """Return points (n, 3), covariances (n, 3, 3), used (n, V) and ok (n,): `estimate_point` for
+    many.
 
     `uv` (n, V, 2) pixels, `cov` (n, V, 2, 2), `seen` (n, V), `projections` (V, 3, 4). Where ok is
     false point and covariance are NaN and no view is used; where seen is false uv and cov are not
@@ -228,19 +208,19 @@ def estimate_points(
     found = agreeing_views(cameras, sightings)
     ok = _failures(cameras, sightings, found) == 0
     points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
-    covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
+    covs = np.where(ok[:, None, None], cameras.scale**2 * found.covs, np.nan)
     return points, covs, np.logical_and(found.inliers, ok[:, None]), ok
 
 
 def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
-    """Which of `REASONS` (n,) keeps each point from being one."""
+    """Return which of `REASONS` (n,) keeps each point from being one."""
     away = cameras.distances(found.points)
     nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)
     # The trace is at least the largest eigenvalue, and sooner known.
     limit = (MAX_RELATIVE_SD * nearest) ** 2
-    vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
-    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
-    vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
+    vague = ~(np.trace(found.covs, axis1=1, axis2=2) <= limit)
+    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=(1, 2)))
+    vague[near] = ~(np.linalg.eigvalsh(found.covs[near])[:, 2] <= limit[near])
     few, alone = seen.seen.sum(axis=1) < 2, found.inliers.sum(axis=1) < 2
     reasons = (
         PointFailure.FEW_VIEWS,

@@ -14,18 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.estimation.point_views import Cameras
-from facetlog.perception.estimation.symmetric_matrices import inverses, quadratic, solutions
 from facetlog.perception.types import FloatArray
-
-__all__ = [
-    "DIAGONAL",
-    "START_SD",
-    "Fit",
-    "fit_points",
-    "innovation_chi2",
-    "linear_start",
-    "view_chi2",
-]
 
 # Standard deviation of the fresh S0, in distances from the cameras to the point: "a large S0". At
 # the most uncertain depth that is accepted it adds 1e-5 of the information; a larger one would cost
@@ -44,17 +33,18 @@ MAX_PASSES = 25
 FIRST_DAMPING = 1e-3
 # The chi-square of a view that has the point behind it: beyond every gate.
 BEHIND_CHI2 = 1e300
-# Where the diagonal of a packed symmetric 3 x 3 matrix is.
-DIAGONAL = (0, 3, 5)
-OFF_DIAGONAL_TWICE = np.array([1.0, 2.0, 2.0, 1.0, 2.0, 1.0])
+# Share of the trace that is added to a system's diagonal, as parallel rays leave it singular: it
+# then has a huge solution, which callers see by its size, in place of an exception for all others.
+RIDGE = 1e-13
+# What is added to a matrix of zeros; its reciprocal may still be squared.
+ZERO_RIDGE = 1e-100
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fit:
-    """Points (n, 3), their information (n, 6), their depths (n, V) and pixels' chi-squares (n, V).
+    """Points (n, 3), their information (n, 3, 3), depths (n, V) and pixels' chi-squares (n, V).
 
-    `information` is packed as in symmetric_matrices.py, and without any S0; `chi2` is zero for
-    views that were given no weight.
+    `information` is without any S0; `chi2` is zero for views that were given no weight.
     """
 
     points: FloatArray
@@ -63,17 +53,30 @@ class Fit:
     chi2: FloatArray
 
     def covariances(self, distance: FloatArray) -> FloatArray:
-        """S (n, 6) after one pass from a fresh S0 for points at the given distances (n,)."""
-        H = self.information.copy()
+        """Return S (n, 3, 3) after one pass from a fresh S0 for points at these distances (n,)."""
         fresh = (START_SD * np.maximum(distance, np.finfo(np.float64).eps)) ** -2.0
-        H[:, DIAGONAL] += fresh[:, None]
-        return inverses(H)
+        S = np.linalg.inv(_regular(self.information + fresh[:, None, None] * np.eye(3)))
+        return np.asarray((S + S.swapaxes(1, 2)) / 2)
+
+
+def _regular(H: FloatArray) -> FloatArray:
+    ridge = RIDGE * np.trace(H, axis1=1, axis2=2) + ZERO_RIDGE
+    return np.asarray(H + ridge[:, None, None] * np.eye(3))
+
+
+def solve_points(H: FloatArray, g: FloatArray) -> FloatArray:
+    """Solve H x = g for positive semidefinite H (n, 3, 3) and g (n, 3); large where H is singular.
+
+    >>> solve_points(np.diag([2.0, 4.0, 8.0])[None], np.ones((1, 3))).round(9).tolist()
+    [[0.5, 0.25, 0.125]]
+    """
+    return np.asarray(np.linalg.solve(_regular(H), g[:, :, None])[:, :, 0])
 
 
 def _project(
     cameras: Cameras, points: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Coordinates at depth 1 of points (n, 3), two (n, V), their depths, and 1 / depth."""
+    """Return coordinates at depth 1 of points (n, 3), two (n, V), their depths, and 1 / depth."""
     P = cameras.projections.swapaxes(0, 1).reshape(-1, 4)
     homogeneous = np.ones((len(points), 4))
     homogeneous[:, :3] = points
@@ -87,7 +90,7 @@ def _project(
 def _contributions(
     x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> FloatArray:
-    """Coefficients (n, 6 V) of `Cameras.products`, for Σ Nᵀ [a b; b c] N, N = p12 - (x, y) p3."""
+    """Return coefficients (n, 6 V) of products: Σ Nᵀ [a b; b c] N with N = p12 - (x, y) p3."""
     n, views = x.shape
     k = np.empty((n, 6, views))
     k[:, 0], k[:, 1], k[:, 2] = a, b, c
@@ -98,7 +101,8 @@ def _contributions(
 
 
 def linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArray:
-    """Points (n, 3) nearest to the rays through xy (n, 2, V), then weighed by information, depth.
+    """Return points (n, 3) nearest to the rays through xy (n, 2, V), then weighed by information,
+    depth.
 
     The first solution needs no depth; the second one is of the paper's implicit equations,
     (p12 - (x, y) p3) a = 0, with W = depth² Λ taken at the solution before.
@@ -107,20 +111,24 @@ def linear_start(cameras: Cameras, xy: FloatArray, info: FloatArray) -> FloatArr
     weight = (info[:, 0] > 0) / (1.0 + x * x + y * y)
     # Σ (I - d dᵀ) (a - c) = 0 over the unit rays d, as I - d dᵀ = Nᵀ (N Nᵀ)⁻¹ N
     k = _contributions(x, y, weight * (1.0 + y * y), -weight * x * y, weight * (1.0 + x * x))
-    G = k @ cameras.products
-    points = solutions(G[:, :6], -G[:, 6:])
+    points = _nearest(cameras, k)
     p3 = cameras.projections[:, 2]
     depth = points @ p3[:, :3].T + p3[:, 3]
     least = np.maximum(LEAST_DEPTH_SHARE * cameras.distances(points), LEAST_DEPTH)
     weights = info / (np.maximum(np.abs(depth), least) ** 2)[:, None]
-    G = _contributions(x, y, weights[:, 0], weights[:, 1], weights[:, 2]) @ cameras.products
-    return solutions(G[:, :6], -G[:, 6:])
+    k = _contributions(x, y, weights[:, 0], weights[:, 1], weights[:, 2])
+    return _nearest(cameras, k)
+
+
+def _nearest(cameras: Cameras, k: FloatArray) -> FloatArray:
+    G = (k @ cameras.products).reshape(-1, 3, 4)
+    return solve_points(G[..., :3], -G[..., 3])
 
 
 def _linearise(
     cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray
 ) -> tuple[FloatArray, Fit, FloatArray]:
-    """Cost (n,), infinite behind a camera that counts, the fit there, and g (n, 3)."""
+    """Return cost (n,), infinite behind a camera that counts, the fit there, and g (n, 3)."""
     n, views = len(points), len(cameras.centres)
     x, y, depth, reciprocal = _project(cameras, points)
     a, b, c = info[:, 0], info[:, 1], info[:, 2]
@@ -139,7 +147,8 @@ def _linearise(
     g = e.reshape(n, 3 * views) @ cameras.projections.swapaxes(0, 1).reshape(-1, 4)[:, :3]
     weight = reciprocal * reciprocal
     k = _contributions(x, y, a * weight, b * weight, c * weight)
-    return cost, Fit(points, k @ cameras.products[:, :6], depth, chi2), g
+    H = (k @ cameras.products).reshape(-1, 3, 4)[..., :3]
+    return cost, Fit(points, H, depth, chi2), g
 
 
 def fit_points(
@@ -150,7 +159,7 @@ def fit_points(
     *,
     hopeless: FloatArray | None = None,
 ) -> Fit:
-    """The maximum-likelihood points of pixels with information, from `start` (n, 3).
+    """Return the maximum-likelihood points of pixels with information, from `start` (n, 3).
 
     A start behind one of its cameras is not moved: the caller sees it by the depths. Nor is a point
     whose chi-square would still be above `hopeless` (n,) after the next pass.
@@ -161,20 +170,15 @@ def fit_points(
     moving = np.flatnonzero(np.isfinite(cost))
     if hopeless is not None:
         # What a pass gains, to first order: gᵀ H⁻¹ g
-        gain = (solutions(H, g) * g).sum(axis=1)
+        gain = (solve_points(H, g) * g).sum(axis=1)
         moving = moving[(cost - gain <= hopeless)[moving]]
     for _ in range(MAX_PASSES):
         if not moving.size:
             break
         # Almost always all points move together: no need to copy what is theirs.
         rows = slice(None) if moving.size == len(points) else moving
-        here = H[rows].copy()
-        slack = damping[rows]
-        damped = here
-        if slack.any():
-            damped = here.copy()
-            damped[:, DIAGONAL] *= 1.0 + slack[:, None]
-        move = solutions(damped, g[rows])
+        here, slack = H[rows].copy(), damping[rows]
+        move = solve_points(here * (1.0 + slack[:, None, None] * np.eye(3)), g[rows])
         new_cost, new, new_g = _linearise(cameras, xy[rows], info[rows], points[rows] + move)
         better = new_cost <= cost[rows]
         if better.all() and moving.size == len(points):
@@ -195,12 +199,12 @@ def fit_points(
             np.where(lowered < FIRST_DAMPING, 0.0, lowered),
             np.maximum(10 * slack, FIRST_DAMPING),
         )
-        moving = moving[quadratic(here, move) >= CONVERGED_SD**2]
+        moving = moving[np.einsum("ni,nij,nj->n", move, here, move) >= CONVERGED_SD**2]
     return Fit(points, H, depth, chi2)
 
 
 def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray) -> FloatArray:
-    """Squared Mahalanobis distances (n, V) of pixels from where points (n, 3) appear.
+    """Return the squared Mahalanobis distances (n, V) of pixels from where points (n, 3) appear.
 
     Huge behind a camera.
     """
@@ -218,10 +222,11 @@ def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatA
 def innovation_chi2(
     cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray, covs: FloatArray
 ) -> FloatArray:
-    """The same for views that had no part in the points: the points' covariances (n, 6) added."""
+    """Return `view_chi2` for views that had no part in the points, with their covs (n, 3, 3)."""
     x, y, depth, reciprocal = _project(cameras, points)
     # p1ᵀ S p1, 2 p1ᵀ S p2, p2ᵀ S p2, 2 p1ᵀ S p3, 2 p2ᵀ S p3, p3ᵀ S p3 of each view
-    s = (covs * OFF_DIAGONAL_TWICE) @ cameras.products[:, :6].T
+    of_points = cameras.products.reshape(-1, 3, 4)[..., :3].reshape(-1, 9)
+    s = covs.reshape(-1, 9) @ of_points.T
     s00, s01, s11, s02, s12, s22 = s.reshape(len(points), 6, len(cameras.centres)).swapaxes(0, 1)
     # J S Jᵀ of J = (p12 - (x, y) p3) / depth
     weight = reciprocal * reciprocal

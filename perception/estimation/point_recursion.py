@@ -12,16 +12,15 @@ from facetlog.perception.estimation.incidence import GATE, MAX_HELD, SURE_SD, up
 from facetlog.perception.estimation.point_filter import estimate_points, pixel_incidence
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointFilters", "updated_by_view"]
-
 BoolArray = NDArray[np.bool_]
 
 
 def updated_by_view(
     projection: FloatArray, points: FloatArray, covs: FloatArray, uv: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Points (n, 3) and covariances (n, 3, 3) updated by a view with this projection (3, 4), which
-    shows them at pixels `uv` (n, 2), `noise` (n, 2, 2); and the inliers (n,), others are unchanged.
+    """Return points (n, 3) and covariances (n, 3, 3) updated by a view with this projection (3, 4),
+    which shows them at pixels `uv` (n, 2), `noise` (n, 2, 2); and the inliers (n,), others are
+    unchanged.
     """
     after, covs_after, chi2 = updated(pixel_incidence(projection), points, covs, uv, noise)
     taken: BoolArray = chi2 <= GATE
@@ -50,7 +49,7 @@ class PointFilters:
     def add(
         self, projection: ArrayLike, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike
     ) -> BoolArray:
-        """Adds one more view, and returns the points (n,) for which it is an outlier; those stay.
+        """Add one more view, and return the points (n,) for which it is an outlier; those stay.
 
         `projection` (3, 4); pixels `uv` (n, 2) and `cov` (n, 2, 2) where `seen` (n,).
         """

@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BoolArray", "Cameras", "IndexArray", "Sightings"]
-
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
 
@@ -35,7 +33,7 @@ class Cameras:
     their third coordinate is the depth before the camera. `lenses` (V, 2, 3) take points of the
     plane at depth 1 to pixels: the first two rows of the calibration matrix, with positive focal
     lengths (Hartley and Zisserman, 6.2.4). This takes pictures not to be mirrored. `products`
-    (6 V, 9) are those of the projections' rows, of which all sums over views are made.
+    (6 V, 12) are those of the projections' rows, of which all sums over views are made.
     """
 
     projections: FloatArray
@@ -47,7 +45,9 @@ class Cameras:
 
     @classmethod
     def of(cls, projections: ArrayLike) -> Self:
-        """The neutral cameras of projections (V, 3, 4), world to pixels, of any scale and sign."""
+        """Return the neutral cameras of projections (V, 3, 4), world to pixels, of any scale and
+        sign.
+        """
         P = np.array(projections, dtype=np.float64)
         if P.ndim != 3 or P.shape[1:] != (3, 4):
             raise ValueError(f"expected projections of shape (V, 3, 4), got {P.shape}")
@@ -75,14 +75,14 @@ class Cameras:
         return cls(turned, neutral, lenses, _products(turned), origin, scale)
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """Of points (n, 3) from the pinholes, (n, V)."""
+        """Return the distances (n, V) of points (n, 3) from the pinholes."""
         square = (points * points).sum(axis=1)[:, None] + (self.centres**2).sum(axis=1)
         square -= 2.0 * points @ self.centres.T
         return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """R (V, 3, 3) and the first two rows of the upper triangular K (V, 2, 3) of left = K R."""
+    """Return R (V, 3, 3) and the first two rows of upper triangular K (V, 2, 3) of left = K R."""
     R, K = np.empty_like(left), np.zeros((len(left), 2, 3))
     R[:, 2] = left[:, 2]
     K[:, 1, 2] = (left[:, 1] * R[:, 2]).sum(axis=1)
@@ -95,25 +95,23 @@ def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _products(projections: FloatArray) -> FloatArray:
-    """Products (6 V, 9) of the rows p1, p2, p3 of projections (V, 3, 4).
+    """Return products (6 V, 12) of the rows p1, p2, p3 of projections (V, 3, 4).
 
-    First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each, as symmetric
-    matrices: six entries of the upper left 3 x 3 block, by rows, then three of the last column.
+    First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each view, as the
+    upper 3 x 4 block of these symmetric matrices.
     """
     p1, p2, p3 = projections.transpose(1, 0, 2)
-    rows, columns = (0, 0, 0, 1, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 2, 3, 3, 3)
-    pairs = ((p1, p1), (p1, p2), (p2, p2), (p1, p3), (p2, p3), (p3, p3))
-    products = [
-        p[:, rows] * q[:, columns] + (0.0 if p is q else q[:, rows] * p[:, columns])
-        for p, q in pairs
-    ]
-    return np.concatenate(products)
+    products = []
+    for p, q in ((p1, p1), (p1, p2), (p2, p2), (p1, p3), (p2, p3), (p3, p3)):
+        outer = p[:, :3, None] * q[:, None, :]
+        products.append(outer if p is q else outer + q[:, :3, None] * p[:, None, :])
+    return np.concatenate(products).reshape(-1, 12)
 
 
 def _weighed(
     lenses: FloatArray, pixels: FloatArray, noise: FloatArray, mask: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """`xy` and `info` of `Sightings`."""
+    """Return `xy` and `info` of `Sightings`."""
     u, v = np.where(mask, pixels[..., 0], 0.0), np.where(mask, pixels[..., 1], 0.0)
     a, c = np.where(mask, noise[..., 0, 0], 1.0), np.where(mask, noise[..., 1, 1], 1.0)
     b = np.where(mask, noise[..., 0, 1], 0.0)
@@ -151,7 +149,9 @@ class Sightings:
 
     @classmethod
     def of(cls, cameras: Cameras, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike) -> Self:
-        """Of pixels (n, V, 2) and covariances (n, V, 2, 2); what was not seen may hold anything."""
+        """Return sightings of pixels (n, V, 2) with covariances (n, V, 2, 2); unseen ones may hold
+        anything.
+        """
         mask = np.array(seen, dtype=np.bool_)
         if mask.ndim != 2:
             raise ValueError(f"expected seen of shape (n, V), got {mask.shape}")
@@ -173,10 +173,10 @@ class Sightings:
         return cls(xy, info, mask)
 
     def cov(self, point: int, view: int) -> FloatArray:
-        """The covariance (2, 2) of one of `xy` that was seen."""
+        """Return the covariance (2, 2) of one of `xy` that was seen."""
         a, b, c = self.info[point, :, view]
         return np.asarray(np.array([[c, -b], [-b, a]]) / (a * c - b * b))
 
     def take(self, index: IndexArray | slice) -> Self:
-        """The sightings of some of the points."""
+        """Return the sightings of some of the points."""
         return type(self)(self.xy[index], self.info[index], self.seen[index])

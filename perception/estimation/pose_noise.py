@@ -1,12 +1,11 @@
-"""Pixel errors caused by pose errors: from residuals, or propagated from a pose covariance."""
+"""Errors beyond the pixels' own: of the views' poses, and shared by neighbouring views."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.estimation.point_filter import estimate_points
+from facetlog.perception.stable_order import TIE, farthest_points
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["pixel_covs", "pose_noise_px"]
 
 # Start of the search for the pose error in the picture: typical of real poses, px.
 START_NOISE_PX = 1.0
@@ -17,7 +16,7 @@ MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 def pose_noise_px(
     uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
 ) -> float:
-    """Standard deviation in px, per axis, of residuals beyond the corners' own noise.
+    """Return the standard deviation in px, per axis, of residuals beyond the corners' own noise.
 
     Shapes as in `estimate_points`. Robust: from the median of the residuals over all tracks.
     """
@@ -38,8 +37,8 @@ def pose_noise_px(
 
 
 def pixel_covs(view: View, points: FloatArray) -> FloatArray:
-    """Covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n, 3) in
-    front of it; 0 where nothing is stated. They are those of each point by itself.
+    """Return covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n,
+    3) in front of it; 0 where nothing is stated. They are those of each point by itself.
     """
     if view.pose_cov is None:
         return np.zeros((len(points), 2, 2))
@@ -55,3 +54,55 @@ def pixel_covs(view: View, points: FloatArray) -> FloatArray:
     J = by_place @ to_camera @ by_pose
     covs: FloatArray = J @ view.pose_cov @ J.swapaxes(1, 2)
     return covs
+
+
+# Groups of views: enough for a variance, few enough that a group spans correlated views.
+GROUPS = 8
+
+
+def view_groups(centres: FloatArray, count: int = GROUPS) -> NDArray[np.intp]:
+    """Return the number of the group of neighbours of each camera centre (V, 3), in any order and
+    frame.
+
+    A camera half-way between groups goes to the smallest of them.
+    """
+    apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
+    to_seed = apart[:, farthest_points(apart, count)]
+    near = to_seed <= to_seed.min(axis=1, keepdims=True) + TIE * apart.max()
+    group: NDArray[np.intp] = near.argmax(axis=1)
+    halfway = near.sum(axis=1) > 1
+    size = np.bincount(group[~halfway], minlength=near.shape[1])
+    for k in np.flatnonzero(halfway):
+        group[k] = np.where(near[k], size, len(centres)).argmin()
+        size[group[k]] += 1
+    return group
+
+
+def shared_error_factor(
+    uv: FloatArray,
+    cov: FloatArray,
+    used: NDArray[np.bool_],
+    projections: FloatArray,
+    covs: FloatArray,
+    groups: NDArray[np.intp],
+) -> float:
+    """Return by how much the points' covariances (n, 3, 3) are too small; at least 1.
+
+    uv, cov, `used` and projections as in `estimate_points`; `groups` (V,) as by `view_groups`. The
+    median over the points of the grouped jackknife's variance over the filter's.
+    """
+    without = []
+    for group in np.unique(groups):
+        points, _, _, ok = estimate_points(uv, cov, used & (groups != group), projections)
+        points[~ok] = np.nan
+        without.append(points)
+    left_out = np.array(without)
+    complete = np.isfinite(left_out).all(axis=(0, 2))
+    if not complete.any() or len(left_out) < 3:
+        return 1.0
+    spread = left_out[:, complete] - left_out[:, complete].mean(axis=0)
+    count = len(left_out)
+    # In units of the filter's own covariance: squared distance over its three dimensions.
+    whitened = np.einsum("gni,nij,gnj->gn", spread, np.linalg.inv(covs[complete]), spread)
+    ratio = (count - 1) / count * whitened.sum(axis=0) / 3
+    return float(max(1.0, np.median(ratio)))

@@ -23,8 +23,6 @@ from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
-from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.online.one_view import CornerReadings, OneView
 from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
@@ -248,7 +246,7 @@ class OnlineScene:
         if key.looked is None:
             return ""
         try:
-            tracked = tracked_faces(key.looked, self._up, clock, aligned_views, triangulated)
+            tracked = tracked_faces(key.looked, self._up, clock)
         except InconsistentViewsError as exc:
             return str(exc)
         finally:

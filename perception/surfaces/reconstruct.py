@@ -9,8 +9,7 @@ import numpy as np
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.line_front_end.planes.level_direction import held_up
-from facetlog.perception.detection.picture_faults import usable_views
-from facetlog.perception.detection.same_pictures import same_pictures
+from facetlog.perception.detection.picture_faults import same_pictures, usable_views
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.lens_correction import (
@@ -18,8 +17,6 @@ from facetlog.perception.estimation.lens_correction import (
     corrected,
     lens_warnings,
 )
-from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
-from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import Assembled, Stated, assemble
@@ -175,7 +172,7 @@ def _seen(views: Sequence[View], method: _Method) -> SceneOfFaces:
     stated, clock = method.stated, method.clock
     up = stated.up
     if method.front_end == "lines":
-        tracked = line_front_end(views, up, clock, method.progress, aligned_views, triangulated)
+        tracked = line_front_end(views, up, clock, method.progress)
     else:
         tracked = _paper_front_end(views, method)
     if up is None and method.find_up and tracked.ground is not None:

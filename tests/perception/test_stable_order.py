@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.estimation.shared_error import GROUPS, view_groups
+from facetlog.perception.estimation.pose_noise import GROUPS, view_groups
 from facetlog.perception.stable_order import (
     TIE,
     at_least,

@@ -5,25 +5,22 @@ points (a pair of vertices on each other's epipolar lines), all other pictures v
 label is evidence in the vote. A point is accepted if chance would not bring so many vertices
 together (an a-contrario test: Moulon, Monasse and Marlet 2012 use it the same way), so missing,
 false and mislabelled vertices do no harm, and the order of the pictures has no effect.
+
+Hartley and Zisserman, Multiple View Geometry (2nd ed.): fundamental matrix from two projections
+(9.1), its first-order (Sampson) error (11.4), linear triangulation (12.2).
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gammaln
 from scipy.stats import chi2
 
 from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
-from facetlog.perception.detection.block_front_end.triangulation import (
-    PointFit,
-    epipolar_chi_square,
-    fundamental_matrix,
-    linear_points,
-    point_fit,
-)
+from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray, Observation, PositionLabel, Track, View
-
-__all__ = ["POSE_SD_PX", "track_vertices"]
 
 # Effect of a pose's error in the picture, px. Odometry is worse, a calibrated rig better.
 POSE_SD_PX = 0.5
@@ -48,220 +45,16 @@ SAME_LABEL = 1.0 / len(PositionLabel)
 # Each picture is paired with at most this many others, those of the best parallax.
 MOST_PARTNERS = 16
 BEST_PARALLAX = np.deg2rad(60.0)
+# Rounds in which a point gathers its sightings anew.
+MOST_ROUNDS = 5
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sightings:
-    """All vertices of all views: view (n,), uv (n, 2), cov (n, 2, 2), label index or -1 (n,).
-
-    `among` (n,) and `mark` (n,) are -1 where there is none, else alike where they are the same:
-    marks can be compared among vertices that might be one.
-    """
-
-    view: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-    uv: FloatArray
-    cov: FloatArray
-    label: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-    among: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-    mark: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-
-
-def _sightings(features: tuple[tuple[LabelledVertex, ...], ...], pose_sd_px: float) -> _Sightings:
-    names = list(PositionLabel)
-    flat = [(index, found) for index, per_view in enumerate(features) for found in per_view]
-    marks = [found.mark for _, found in flat]
-    groups = {mark[0]: i for i, mark in enumerate(marks) if mark is not None}
-    kinds = {mark: i for i, mark in enumerate(marks) if mark is not None}
-    return _Sightings(
-        np.array([index for index, _ in flat], dtype=np.intp),
-        np.array([f.vertex.uv for _, f in flat]).reshape(-1, 2),
-        np.array([f.vertex.cov for _, f in flat]).reshape(-1, 2, 2) + pose_sd_px**2 * np.eye(2),
-        np.array(
-            [-1 if f.block_label is None else names.index(f.block_label) for _, f in flat],
-            dtype=np.intp,
-        ),
-        np.array([-1 if mark is None else groups[mark[0]] for mark in marks], dtype=np.intp),
-        np.array([-1 if mark is None else kinds[mark] for mark in marks], dtype=np.intp),
-    )
-
-
-def _view_pairs(views: tuple[View, ...], middle: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of views that see `middle` (3,) at different angles, each view's best partners."""
-    rays = middle - np.array([view.pose.centre for view in views])
-    rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), np.finfo(np.float64).tiny)
-    angles = np.arccos(np.clip(rays @ rays.T, -1.0, 1.0))
-    cost = np.abs(angles - BEST_PARALLAX)
-    np.fill_diagonal(cost, np.inf)
-    cost[angles < LEAST_PARALLAX] = np.inf
-    pairs = set()
-    for i, row in enumerate(cost):
-        for j in np.argsort(row, kind="stable")[:MOST_PARTNERS]:
-            if np.isfinite(row[j]):
-                pairs.add((min(i, int(j)), max(i, int(j))))
-    return sorted(pairs)
-
-
-def _scene_middle(views: tuple[View, ...], seen: _Sightings) -> FloatArray:
-    """The point (3,) nearest to the rays through the middles of the views' vertices."""
-    normal_matrix, right = np.zeros((3, 3)), np.zeros(3)
-    for index, view in enumerate(views):
-        own = seen.uv[seen.view == index]
-        if not len(own):
-            continue
-        ray = view.pose.rotation @ np.linalg.solve(view.camera.matrix, [*own.mean(axis=0), 1.0])
-        ray /= np.linalg.norm(ray)
-        across = np.eye(3) - np.outer(ray, ray)
-        normal_matrix += across
-        right += across @ view.pose.centre
-    return np.asarray(np.linalg.lstsq(normal_matrix, right, rcond=None)[0], dtype=np.float64)
-
-
-def _proposals(
-    views: tuple[View, ...], seen: _Sightings
-) -> tuple[FloatArray, np.ndarray[tuple[int, ...], np.dtype[np.intp]]]:
-    """Points (n, 3) of all pairs of vertices that may be one, and the pairs (n, 2)."""
-    points, pairs = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=np.intp)]
-    by_view = [np.flatnonzero(seen.view == i) for i in range(len(views))]
-    for i, j in _view_pairs(views, _scene_middle(views, seen)):
-        a, b = by_view[i], by_view[j]
-        if not len(a) or not len(b):
-            continue
-        first, second = views[i].projection, views[j].projection
-        off = epipolar_chi_square(
-            fundamental_matrix(first, second), seen.uv[a], seen.cov[a], seen.uv[b], seen.cov[b]
-        )
-        la, lb = seen.label[a][:, None], seen.label[b][None, :]
-        off = off + np.where((la != lb) & (la >= 0) & (lb >= 0), LABEL_COST, 0.0)
-        ga, gb = seen.among[a][:, None], seen.among[b][None, :]
-        unlike = seen.mark[a][:, None] != seen.mark[b][None, :]
-        off = off + np.where((ga == gb) & (ga >= 0) & unlike, MARK_COST, 0.0)
-        rows, columns = np.nonzero(off <= EPIPOLAR_GATE)
-        if len(rows):
-            points.append(linear_points(first, second, seen.uv[a[rows]], seen.uv[b[columns]]))
-            pairs.append(np.column_stack([a[rows], b[columns]]))
-    found, both = np.concatenate(points), np.concatenate(pairs)
-    good = np.isfinite(found).all(axis=1)
-    found, both = found[good], both[good]
-    for k in range(2):
-        depth = np.array([views[v].projection[2] for v in seen.view[both[:, k]]]).reshape(-1, 4)
-        ahead = (depth[:, :3] * found).sum(axis=1) + depth[:, 3] > 0
-        found, both = found[ahead], both[ahead]
-    return found, both
-
-
-def _off(
-    views: tuple[View, ...], seen: _Sightings, points: FloatArray, spread_px: float
-) -> FloatArray:
-    """Chi-square (n, m) of n points as each of the m sightings; infinite behind a camera.
-
-    `spread_px` is the points' own uncertainty in the picture.
-    """
-    off = np.full((len(points), len(seen.view)), np.inf)
-    for index, view in enumerate(views):
-        own = np.flatnonzero(seen.view == index)
-        if not len(own):
-            continue
-        projected = points @ view.projection[:, :3].T + view.projection[:, 3]
-        ahead = projected[:, 2] > 0
-        pixel = projected[ahead, :2] / projected[ahead, 2:]
-        residual = seen.uv[own][None, :, :] - pixel[:, None, :]
-        weights = np.linalg.inv(seen.cov[own] + spread_px**2 * np.eye(2))
-        off[np.ix_(ahead, own)] = np.einsum("nmi,mij,nmj->nm", residual, weights, residual)
-    return off
-
-
-def _best_each_view(
-    off: FloatArray, view: np.ndarray[tuple[int, ...], np.dtype[np.intp]], free: FloatArray
-) -> list[int]:
-    """The sighting of least chi-square in each view among those within the gate."""
-    best: dict[int, int] = {}
-    for k in np.argsort(off + free, kind="stable"):
-        if not off[k] + free[k] <= POINT_GATE:
-            break
-        best.setdefault(int(view[k]), int(k))
-    return sorted(best.values())
-
-
-def _label_costs(seen: _Sightings, members: list[int]) -> tuple[FloatArray, int]:
-    """Chi-square (m,) that each sighting's label costs beside the members', and their label."""
-    labels = seen.label[members]
-    labels = labels[labels >= 0]
-    if not len(labels):
-        return np.zeros(len(seen.view)), -1
-    label = int(np.bincount(labels).argmax())
-    return np.where((seen.label >= 0) & (seen.label != label), LABEL_COST, 0.0), label
-
-
-def _grown(
-    views: tuple[View, ...],
-    seen: _Sightings,
-    start: FloatArray,
-    members: list[int],
-    used: FloatArray,
-) -> tuple[list[int], PointFit] | None:
-    """The members a point settles on when it is fitted and gathers its sightings in turn."""
-    projections = tuple(view.projection for view in views)
-    fit: PointFit | None = None
-    for _ in range(5):
-        observations = tuple(
-            Observation(int(seen.view[k]), seen.uv[k], seen.cov[k]) for k in members
-        )
-        fit = point_fit(observations, projections, start)
-        if fit is None:
-            return None
-        start = fit.point
-        costs, _ = _label_costs(seen, members)
-        off = _off(views, seen, fit.point[None, :], 0.0)[0]
-        gathered = _best_each_view(off, seen.view, costs + used)
-        if gathered == members or len(gathered) < 2:
-            break
-        members = gathered
-    return (members, fit) if fit is not None else None
-
-
-def _expected_by_chance(
-    views: tuple[View, ...], seen: _Sightings, members: list[int], proposals: int
-) -> float:
-    """Number of tracks as well supported as this one that chance would give.
-
-    N · C(V - 2, k - 2) · p^(k - 2), times the chance that the labels agree; p is the chance of a
-    vertex of another view to fall in the gate: the gate's area over that of the object, per vertex.
-    """
-    count = len(views)
-    shares = []
-    for index in range(count):
-        own = np.flatnonzero(seen.view == index)
-        if len(own) < 2:
-            continue
-        extent = np.ptp(seen.uv[own], axis=0)
-        area = max(float(extent[0] * extent[1]), 1.0)
-        gates = np.pi * POINT_GATE * np.sqrt(np.linalg.det(seen.cov[own]))
-        shares.append(min(1.0, float(gates.sum()) / area))
-    share = max(float(np.mean(shares)) if shares else 1.0, 1e-6)
-    k = len(members)
-    combinations = gammaln(count - 1) - gammaln(k - 1) - gammaln(count - k + 1)
-    labels = seen.label[members]
-    labels = labels[labels >= 0]
-    alike = int(np.bincount(labels).max()) if len(labels) else 0
-    unlike = len(labels) - alike
-    log_chance = (
-        np.log(max(1, proposals))
-        + combinations
-        + (k - 2) * np.log(share)
-        + max(0, alike - 1) * np.log(SAME_LABEL)
-        - unlike * np.log(SAME_LABEL)
-    )
-    return float(np.exp(min(log_chance, 1.0)))  # more than one is too many, whatever the number
+IndexArray = NDArray[np.intp]
 
 
 def track_vertices(
-    features: tuple[tuple[LabelledVertex, ...], ...],
-    views: tuple[View, ...],
-    *,
-    pose_sd_px: float = POSE_SD_PX,
-    most_false: float = MOST_FALSE_TRACKS,
+    features: tuple[tuple[LabelledVertex, ...], ...], views: tuple[View, ...]
 ) -> tuple[Track, ...]:
-    """Tracks of the vertices seen in at least two views, best supported first.
+    """Return tracks of the vertices seen in at least two views, best supported first.
 
     `features` are the labelled vertices of each view. A track holds at most one vertex a view; a
     vertex belongs to at most one track. Its label is the one that most of its vertices have.
@@ -269,73 +62,254 @@ def track_vertices(
     """
     if len(features) != len(views):
         raise ValueError(f"features of {len(features)} views, but {len(views)} views")
-    seen = _sightings(features, pose_sd_px)
+    seen = _Sightings(features, views)
     if len(seen.view) < 2 or len(views) < 2:
         return ()
-    points, pairs = _proposals(views, seen)
+    points, pairs = seen.propose_points()
     if not len(points):
         return ()
     # The points of two views are as uncertain as these: twice the variance in the vote.
     spread = float(np.sqrt(np.median(np.trace(seen.cov, axis1=1, axis2=2)) / 2.0))
-    off = _off(views, seen, points, spread)
-    same = seen.label[pairs].max(axis=1)[:, None]
-    off = off + np.where((same >= 0) & (seen.label >= 0) & (seen.label != same), LABEL_COST, 0.0)
+    off = seen.chi_squares(points, spread)
+    off += seen.label_costs(seen.label[pairs].max(axis=1)[:, None])
     used = np.zeros(len(seen.view))
     tracks: list[Track] = []
     while len(points):
         within = np.where(off + used <= POINT_GATE, 1.0 - (off + used) / POINT_GATE, 0.0)
-        votes = np.zeros(len(points))
-        for index in range(len(views)):
-            own = seen.view == index
-            if own.any():
-                best = within[:, own].max(axis=1)
-                votes += np.where(best > 0, 1.0 + best, 0.0)
-        top = int(np.argmax(votes))
-        members = [int(k) for k in pairs[top]]
-        if used[members].any():
-            alive = np.ones(len(points), dtype=np.bool_)
-            alive[top] = False
-        else:
-            found = _grown(views, seen, points[top], sorted(members), used)
-            if found is not None and len(found[0]) >= 2:
-                chance = _expected_by_chance(views, seen, found[0], len(points))
-                if chance <= most_false or _labelled_pair(views, seen, found[0]):
-                    tracks.append(_track(features, seen, found[0]))
-                    used[found[0]] = np.inf
+        best = np.stack(
+            [within[:, seen.view == k].max(axis=1, initial=0.0) for k in range(len(views))]
+        )
+        top = int(np.argmax(np.where(best > 0, 1.0 + best, 0.0).sum(axis=0)))
+        alive = np.ones(len(points), dtype=np.bool_)
+        if not used[pairs[top]].any():
+            members = seen.grow(sorted(pairs[top].tolist()), used)
+            if len(members) >= 2 and seen.is_no_chance(members, len(points)):
+                tracks.append(seen.track(members))
+                used[members] = np.inf
             alive = np.isfinite(used[pairs].max(axis=1))
-            alive[top] = False
+        alive[top] = False
         points, pairs, off = points[alive], pairs[alive], off[alive]
-    return _each_label_once(sorted(tracks, key=lambda track: -len(track.observations)))
-
-
-def _each_label_once(tracks: list[Track]) -> tuple[Track, ...]:
-    """The tracks, best supported first; of those with one label only the first keeps it."""
-    given: set[PositionLabel] = set()
+    # Of tracks with one label only the best supported keeps it.
+    given: set[PositionLabel | None] = {None}
     result = []
-    for track in tracks:
-        if track.label is not None and track.label in given:
-            result.append(Track(track.observations))
-        else:
-            result.append(track)
-            if track.label is not None:
-                given.add(track.label)
+    for track in sorted(tracks, key=lambda track: -len(track.observations)):
+        result.append(Track(track.observations) if track.label in given else track)
+        given.add(track.label)
     return tuple(result)
 
 
-def _labelled_pair(views: tuple[View, ...], seen: _Sightings, members: list[int]) -> bool:
-    """Whether two views are all there is and the label or mark of both vertices is the same."""
-    first, second = members[:2]
-    same = any(of[first] == of[second] and of[first] >= 0 for of in (seen.label, seen.mark))
-    return len(views) == 2 and bool(same)
+class _Sightings:
+    """All vertices of all views: `view` (n,), `uv` (n, 2), `cov` (n, 2, 2), `label` index (n,).
+
+    `side` and `mark` (n,) number the marks; marks can be compared where the side is the same. What
+    a vertex does not have is -1.
+    """
+
+    def __init__(
+        self, features: tuple[tuple[LabelledVertex, ...], ...], views: tuple[View, ...]
+    ) -> None:
+        self.views = views
+        self.projections = np.array([view.projection for view in views]).reshape(-1, 3, 4)
+        self.found = [vertex for per_view in features for vertex in per_view]
+        self.view: IndexArray = np.repeat(np.arange(len(views)), [len(f) for f in features])
+        self.uv = np.array([f.vertex.uv for f in self.found]).reshape(-1, 2)
+        cov = np.array([f.vertex.cov for f in self.found]).reshape(-1, 2, 2)
+        self.cov = cov + POSE_SD_PX**2 * np.eye(2)
+        self.label = _numbered([f.block_label for f in self.found])
+        self.side = _numbered([f.mark and f.mark[0] for f in self.found])
+        self.mark = _numbered([f.mark for f in self.found])
+
+    def label_costs(self, label: IndexArray | int) -> FloatArray:
+        """Return what each sighting's label (n,) costs in chi-square beside a label (..., 1)."""
+        unlike = (np.asarray(label) >= 0) & (self.label >= 0) & (self.label != label)
+        return np.where(unlike, LABEL_COST, 0.0)
+
+    def propose_points(self) -> tuple[FloatArray, IndexArray]:
+        """Return points (m, 3) of all pairs of vertices that may be one, and the pairs (m, 2)."""
+        points, pairs = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=np.intp)]
+        for i, j in self._view_pairs():
+            a, b = np.flatnonzero(self.view == i), np.flatnonzero(self.view == j)
+            if not len(a) or not len(b):
+                continue
+            first, second = self.projections[[i, j]]
+            off = epipolar_chi_square(
+                fundamental_matrix(first, second), self.uv[a], self.cov[a], self.uv[b], self.cov[b]
+            )
+            of_a, of_b = np.ix_(a, b)
+            unlike = (self.label[of_a] != self.label[of_b]) & (self.label[of_a] >= 0)
+            off += np.where(unlike & (self.label[of_b] >= 0), LABEL_COST, 0.0)
+            unlike = (self.side[of_a] == self.side[of_b]) & (self.mark[of_a] != self.mark[of_b])
+            off += np.where(unlike & (self.side[of_a] >= 0), MARK_COST, 0.0)
+            rows, columns = np.nonzero(off <= EPIPOLAR_GATE)
+            if len(rows):
+                uv = self.uv[a[rows]], self.uv[b[columns]]
+                points.append(triangulate_pairs(first, second, *uv))
+                pairs.append(np.column_stack([a[rows], b[columns]]))
+        found, both = np.concatenate(points), np.concatenate(pairs)
+        third = self.projections[self.view[both], 2]
+        ahead = (third[..., :3] * found[:, None]).sum(axis=-1) + third[..., 3] > 0
+        good = np.isfinite(found).all(axis=1) & ahead.all(axis=1)
+        return found[good], both[good]
+
+    def _view_pairs(self) -> list[tuple[int, int]]:
+        """Return pairs of views that see the scene at different angles, each's best partners."""
+        rays = self._middle() - np.array([view.pose.centre for view in self.views])
+        rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), np.finfo(np.float64).tiny)
+        angles = np.arccos(np.clip(rays @ rays.T, -1.0, 1.0))
+        cost = np.abs(angles - BEST_PARALLAX)
+        np.fill_diagonal(cost, np.inf)
+        cost[angles < LEAST_PARALLAX] = np.inf
+        partners = np.argsort(cost, axis=1, kind="stable")[:, :MOST_PARTNERS]
+        return sorted(
+            {
+                (min(i, j), max(i, j))
+                for i, row in enumerate(partners.tolist())
+                for j in row
+                if np.isfinite(cost[i, j])
+            }
+        )
+
+    def _middle(self) -> FloatArray:
+        """Return the point (3,) nearest to the rays through the middles of the views' vertices."""
+        normal_matrix, right = np.zeros((3, 3)), np.zeros(3)
+        for k in np.unique(self.view):
+            view, middle = self.views[k], self.uv[self.view == k].mean(axis=0)
+            ray = view.pose.rotation @ np.linalg.solve(view.camera.matrix, [*middle, 1.0])
+            ray /= np.linalg.norm(ray)
+            across = np.eye(3) - np.outer(ray, ray)
+            normal_matrix += across
+            right += across @ view.pose.centre
+        return np.asarray(np.linalg.lstsq(normal_matrix, right)[0])
+
+    def chi_squares(self, points: FloatArray, spread_px: float = 0.0) -> FloatArray:
+        """Return the chi-square (m, n) of m points as each sighting; infinite behind a camera.
+
+        `spread_px` is the points' own uncertainty in the picture.
+        """
+        P = self.projections[self.view]
+        h = np.einsum("nij,mj->mni", P[:, :, :3], points) + P[:, :, 3]
+        ahead = h[..., 2] > 0
+        residual = self.uv - h[..., :2] / np.where(ahead, h[..., 2], 1.0)[..., None]
+        weights = np.linalg.inv(self.cov + spread_px**2 * np.eye(2))
+        off = np.einsum("mni,nij,mnj->mn", residual, weights, residual)
+        return np.where(ahead, off, np.inf)
+
+    def grow(self, members: list[int], used: FloatArray) -> list[int]:
+        """Return the members that a point settles on when it gathers its sightings in turn.
+
+        At most one of each view, that of least chi-square within the gate; `used` (n,) is infinite
+        for those of other tracks. None where the members determine no point.
+        """
+        for _ in range(MOST_ROUNDS):
+            point, _, _, ok = estimate_points(
+                self.uv[None, members],
+                self.cov[None, members],
+                np.ones((1, len(members)), np.bool_),
+                self.projections[self.view[members]],
+            )
+            if not ok[0]:
+                return []
+            off = self.chi_squares(point)[0] + self.label_costs(self._common_label(members)) + used
+            best: dict[int, int] = {}
+            for k in np.argsort(off, kind="stable").tolist():
+                if not off[k] <= POINT_GATE:
+                    break
+                best.setdefault(int(self.view[k]), k)
+            gathered = sorted(best.values())
+            if gathered == members or len(gathered) < 2:
+                break
+            members = gathered
+        return members
+
+    def _common_label(self, members: Sequence[int]) -> int:
+        labels = self.label[members]
+        return int(np.bincount(labels[labels >= 0]).argmax()) if (labels >= 0).any() else -1
+
+    def is_no_chance(self, members: list[int], proposals: int) -> bool:
+        """Return whether chance would hardly give a track that is as well supported.
+
+        Expected are N · C(V - 2, k - 2) · p^(k - 2), times the chance that the labels agree; p is
+        the chance of a vertex of another view to fall in the gate: the gate's area over that of the
+        object, per vertex.
+        """
+        count, k = len(self.views), len(members)
+        first, second = members[:2]
+        if count == 2 and any(x[first] == x[second] >= 0 for x in (self.label, self.mark)):
+            return True
+        shares = []
+        for index in range(count):
+            own = self.view == index
+            if own.sum() < 2:
+                continue
+            area = max(float(np.prod(np.ptp(self.uv[own], axis=0))), 1.0)
+            gates = np.pi * POINT_GATE * np.sqrt(np.linalg.det(self.cov[own]))
+            shares.append(min(1.0, float(gates.sum()) / area))
+        share = max(float(np.mean(shares)) if shares else 1.0, 1e-6)
+        combinations = gammaln(count - 1) - gammaln(k - 1) - gammaln(count - k + 1)
+        labels = self.label[members]
+        labels = labels[labels >= 0]
+        alike = int(np.bincount(labels).max()) if len(labels) else 0
+        unlike = len(labels) - alike
+        log_chance = (
+            np.log(max(1, proposals))
+            + combinations
+            + (k - 2) * np.log(share)
+            + (max(0, alike - 1) - unlike) * np.log(SAME_LABEL)
+        )
+        return bool(log_chance <= np.log(MOST_FALSE_TRACKS))
+
+    def track(self, members: list[int]) -> Track:
+        """Return the track of these sightings, with their own covariances, and their label."""
+        label = self._common_label(members)
+        vertices = [self.found[k].vertex for k in members]
+        views = self.view[members].tolist()
+        observations = (Observation(k, v.uv, v.cov) for k, v in zip(views, vertices, strict=True))
+        return Track(tuple(observations), None if label < 0 else list(PositionLabel)[label])
 
 
-def _track(
-    features: tuple[tuple[LabelledVertex, ...], ...], seen: _Sightings, members: list[int]
-) -> Track:
-    """The track of these sightings, with the vertices' own covariances and the majority's label."""
-    flat = [found for per_view in features for found in per_view]
-    _, label = _label_costs(seen, members)
-    observations = tuple(
-        Observation(int(seen.view[k]), flat[k].vertex.uv, flat[k].vertex.cov) for k in members
+def _numbered(values: Sequence[object]) -> IndexArray:
+    # Equal values have one number; labels their place in the enumeration; None has -1.
+    numbers: dict[object, int] = {label: k for k, label in enumerate(PositionLabel)}
+    return np.array(
+        [-1 if v is None else numbers.setdefault(v, len(numbers)) for v in values], dtype=np.intp
     )
-    return Track(observations, None if label < 0 else list(PositionLabel)[label])
+
+
+def fundamental_matrix(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return F (3, 3) with x2ᵀ F x1 = 0 for projections (3, 4) of two views; 0 for one centre."""
+    x, y, z = second @ np.linalg.svd(first)[2][-1]  # the epipole
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(cross @ second @ np.linalg.pinv(first))
+
+
+def epipolar_chi_square(
+    fundamental: FloatArray,
+    uv1: FloatArray,
+    cov1: FloatArray,
+    uv2: FloatArray,
+    cov2: FloatArray,
+) -> FloatArray:
+    """Return the chi-square (n, m) of pixels uv1 (n, 2) and uv2 (m, 2) corresponding.
+
+    One degree of freedom: the algebraic distance x2ᵀ F x1 over its variance by first-order
+    propagation of both covariances (n, 2, 2) and (m, 2, 2).
+    """
+    x1 = np.column_stack([uv1, np.ones(len(uv1))])
+    x2 = np.column_stack([uv2, np.ones(len(uv2))])
+    lines2 = x1 @ fundamental.T  # (n, 3): epipolar lines in the second view
+    lines1 = x2 @ fundamental  # (m, 3): epipolar lines in the first
+    variance = np.einsum("mi,nij,mj->nm", lines1[:, :2], cov1, lines1[:, :2])
+    variance += np.einsum("ni,mij,nj->nm", lines2[:, :2], cov2, lines2[:, :2])
+    return np.asarray((lines2 @ x2.T) ** 2 / np.maximum(variance, np.finfo(np.float64).tiny))
+
+
+def triangulate_pairs(
+    first: FloatArray, second: FloatArray, uv1: FloatArray, uv2: FloatArray
+) -> FloatArray:
+    """Return the points (n, 3) of pairs of pixels (n, 2) in two views, by the linear method.
+
+    Not finite where the rays are parallel.
+    """
+    h = np.asarray(cv2.triangulatePoints(first, second, uv1.T, uv2.T)).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(h[:, :3] / h[:, 3:])

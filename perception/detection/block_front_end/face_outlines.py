@@ -1,4 +1,4 @@
-"""Which tracks bound which face, as loops: step 6 of the paper's algorithm, over all pictures.
+"""Outlines of faces as loops of tracks: step 6 of the paper's algorithm, over all pictures.
 
 "If more than one vertex is available in each segmented region then consider them belonging to
 the same plane." One picture's regions may be wrong (two faces of one grey, a face parted by a
@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from facetlog.perception.detection.block_front_end.correspondence import POSE_SD_PX
 from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions
-from facetlog.perception.detection.block_front_end.triangulation import linear_points, point_fit
+from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray, Image, Track, View
-
-__all__ = ["face_outlines", "track_points"]
 
 # A vertex borders the regions within this distance of it, px: the blurred rim between two faces
 # is some 3 px wide, and junctions of three of them twice that.
@@ -37,38 +36,23 @@ class _Sighting:
 
 
 def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArray:
-    """The points (n, 3) of the tracks, NaN where the rays determine none.
+    """Estimate the points (n, 3) of the tracks, NaN where the rays determine none.
 
     They only serve to separate planes; the final estimates are the filter's.
     """
-    projections = tuple(view.projection for view in views)
-    points = np.full((len(tracks), 3), np.nan)
-    for index, track in enumerate(tracks):
-        seen = track.observations
-        rays = np.array(
-            [
-                views[o.view].pose.rotation
-                @ np.linalg.solve(views[o.view].camera.matrix, [*o.uv, 1.0])
-                for o in seen
-            ]
-        )
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        # Start from the two rays of the widest angle.
-        i, j = divmod(int(np.argmin(np.abs(rays @ rays.T))), len(seen))
-        a, b = seen[i], seen[j]
-        if i == j:
-            continue
-        start = linear_points(
-            projections[a.view], projections[b.view], a.uv[None, :], b.uv[None, :]
-        )[0]
-        fit = point_fit(seen, projections, start) if np.isfinite(start).all() else None
-        if fit is not None:
-            points[index] = fit.point
+    shape = (len(tracks), len(views))
+    uv, cov = np.zeros((*shape, 2)), np.zeros((*shape, 2, 2))
+    seen = np.zeros(shape, np.bool_)
+    for n, track in enumerate(tracks):
+        for o in track.observations:
+            uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
+    cov += POSE_SD_PX**2 * np.eye(2)
+    points, *_ = estimate_points(uv, cov, seen, np.array([view.projection for view in views]))
     return points
 
 
 def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
-    """The regions within BORDER_PX of a pixel."""
+    """Return the regions within BORDER_PX of a pixel."""
     u, v = round(float(uv[0])), round(float(uv[1]))
     window = regions.labels[
         max(0, v - BORDER_PX) : v + BORDER_PX + 1, max(0, u - BORDER_PX) : u + BORDER_PX + 1
@@ -77,7 +61,7 @@ def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
 
 
 def _on_border(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
-    """The regions that a pixel lies on the border of, none where it is inside one."""
+    """Return the regions that a pixel lies on the border of, none where it is inside one."""
     height, width = regions.labels.shape
     if not (0 <= uv[0] <= width - 1 and 0 <= uv[1] <= height - 1):
         return frozenset()
@@ -94,7 +78,7 @@ def _sightings(
     regions: tuple[PlaneRegions, ...],
     views: tuple[View, ...],
 ) -> list[_Sighting]:
-    """The regions of all views that show one plane, with the tracks that border them.
+    """Return the regions of all views that show one plane, with the tracks that border them.
 
     A track that a view missed counts where its point falls on a region's border: in the region's
     plane it is one of its corners, in front of the plane it shows that the region is two faces
@@ -129,7 +113,7 @@ def _sightings(
 def _in_front(
     points: FloatArray, members: frozenset[int], others: list[int], eye: FloatArray
 ) -> FloatArray:
-    """How far the others stand in front of the members' plane as seen from `eye`, over the
+    """Return how far the others stand in front of the members' plane as seen from `eye`, over the
     members' size, (n,).
     """
     own = points[sorted(members)]
@@ -141,7 +125,7 @@ def _in_front(
 
 
 def _flat(points: FloatArray, members: frozenset[int]) -> bool:
-    """Whether the members' points lie in one plane."""
+    """Return whether the members' points lie in one plane."""
     own = points[sorted(members)]
     if not np.isfinite(own).all():
         return False
@@ -154,7 +138,7 @@ def _flat(points: FloatArray, members: frozenset[int]) -> bool:
 
 
 def _groups(sightings: list[_Sighting], points: FloatArray) -> list[list[_Sighting]]:
-    """The sightings of each face: those that share three tracks and lie in one plane."""
+    """Return the sightings of each face: those that share three tracks and lie in one plane."""
     groups: list[tuple[frozenset[int], list[_Sighting]]] = []
     for sighting in sorted(sightings, key=lambda s: (-len(s.tracks), s.view, s.region)):
         for index, (tracks, group) in enumerate(groups):
@@ -168,7 +152,7 @@ def _groups(sightings: list[_Sighting], points: FloatArray) -> list[list[_Sighti
 
 
 def _members(group: list[_Sighting], tracks: tuple[Track, ...]) -> frozenset[int]:
-    """The tracks that most of the pictures that show them and the face put on the face."""
+    """Return the tracks that most of the pictures that show them and the face put on the face."""
     views = {s.view for s in group}
     voted = []
     for index in sorted(frozenset().union(*(s.tracks for s in group))):
@@ -186,7 +170,7 @@ def _loop(
     views: tuple[View, ...],
     regions: tuple[PlaneRegions, ...],
 ) -> tuple[int, ...]:
-    """The members in the order of the region's outline where most of them border it,
+    """Return the members in the order of the region's outline where most of them border it,
     counter-clockwise as seen from there, which is from outside.
     """
     best = max(group, key=lambda s: (len(s.tracks & members), -s.view))
@@ -210,13 +194,15 @@ def _loop(
 def face_outlines(
     tracks: tuple[Track, ...], regions: tuple[PlaneRegions, ...], views: tuple[View, ...]
 ) -> tuple[tuple[int, ...], ...]:
-    """The faces' outlines: loops of track indices, counter-clockwise as seen from outside.
+    """Return the faces' outlines: loops of track indices, counter-clockwise as seen from outside.
 
     `regions` are those of each view. ValueError if their numbers differ. Faces with the most
     votes come first; of two faces with the same tracks one is kept.
     """
     if len(regions) != len(views):
         raise ValueError(f"regions of {len(regions)} views, but {len(views)} views")
+    if not tracks:
+        return ()
     points = track_points(tracks, views)
     groups = sorted(
         _groups(_sightings(tracks, points, regions, views), points), key=lambda g: -len(g)

@@ -8,18 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.detection.block_front_end.contours import edge_pixels, trace_chains
 from facetlog.perception.detection.block_front_end.edge_lines import (
     SLOPE_CHANGE,
     EdgeLine,
+    edge_pixels,
     extended_line,
     fit_edge_line,
     straight_pieces,
+    trace_chains,
 )
-from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
-
-__all__ = ["ImageVertex", "find_edge_lines", "find_vertices", "merged_lines"]
 
 # Edges shorter than this share of the root of the region's area are no sides of the object (a
 # block's shortest visible side is a third of its size at worst), nor shorter than LEAST_EDGE_PX:
@@ -54,20 +52,17 @@ class ImageVertex:
     lines: tuple[int, ...]
 
 
-def find_edge_lines(
-    image: Image, mask: Image, *, slope_change: float = SLOPE_CHANGE, sd_grey: float | None = None
-) -> tuple[EdgeLine, ...]:
-    """The straight edges in and round the localised region `mask`, longest first.
+def find_edge_lines(image: Image, mask: Image, noise: float) -> tuple[EdgeLine, ...]:
+    """Find the straight edges in and round the localised region `mask`, longest first.
 
-    `sd_grey` is the noise of the picture in grey levels; estimated if not given.
+    `noise` is that of the picture in grey levels.
     """
-    noise = noise_sd(image) if sd_grey is None else sd_grey
     size = float(np.sqrt(np.count_nonzero(mask)))
     least = max(LEAST_EDGE_PX, LEAST_EDGE_SHARE * size)
     pieces = [
         piece
         for chain in trace_chains(edge_pixels(image, mask, noise), int(least))
-        for piece in straight_pieces(chain, least, slope_change)
+        for piece in straight_pieces(chain, least)
     ]
     lines: list[EdgeLine] = []
     for piece in sorted(pieces, key=len, reverse=True):
@@ -75,7 +70,9 @@ def find_edge_lines(
         # A longer piece of the same edge may have been drawn out over this one already.
         if line is None or any(_covers(other, line) for other in lines):
             continue
-        lines.append(_drawn_out(image, line, noise))
+        # It is drawn out to where its step ends, and refitted over that length.
+        start, end = extended_line(image, line, noise)
+        lines.append(_refitted(image, start, end, noise) or line)
     return merged_lines(image, tuple(lines), noise, _reach(size))
 
 
@@ -83,14 +80,8 @@ def _reach(size: float) -> float:
     return max(REACH_PX, REACH_SHARE * size)
 
 
-def _drawn_out(image: Image, line: EdgeLine, sd_grey: float) -> EdgeLine:
-    """The line extended to where its step ends, and refitted over that length."""
-    start, end = extended_line(image, line, sd_grey)
-    return _refitted(image, start, end, sd_grey) or line
-
-
 def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) -> EdgeLine | None:
-    """The line fitted between two ends, and reaching to their feet on it."""
+    """Return the line fitted between two ends, and reaching to their feet on it."""
     steps = np.linspace(0.0, 1.0, int(np.hypot(*(end - start))) + 2)[:, None]
     line = fit_edge_line(image, start + (end - start) * steps, sd_grey)
     if line is None:
@@ -106,7 +97,7 @@ def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) 
 
 
 def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
-    """Whether two lines (a the longer) are pieces of one edge, brighter on the same side."""
+    """Return whether two lines (a the longer) are pieces of one edge, brighter on the same side."""
     if a.direction @ b.direction < np.cos(SAME_LINE_ANGLE):
         return False
     ends = np.array([(p - a.start) @ a.direction for p in (b.start, b.end)])
@@ -123,7 +114,7 @@ def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
 
 
 def _covers(long: EdgeLine, short: EdgeLine) -> bool:
-    """Whether the longer line is the same edge as the shorter and reaches over all of it."""
+    """Return whether the longer line is the same edge as the shorter and reaches over all of it."""
     along = [float((p - long.start) @ long.direction) for p in (short.start, short.end)]
     return min(along) >= 0 and max(along) <= long.length and _one_edge(long, short, 0.0)
 
@@ -131,7 +122,7 @@ def _covers(long: EdgeLine, short: EdgeLine) -> bool:
 def merged_lines(
     image: Image, lines: tuple[EdgeLine, ...], sd_grey: float, gap: float
 ) -> tuple[EdgeLine, ...]:
-    """The lines with pieces of one edge joined and refitted over their common length."""
+    """Return the lines with pieces of one edge joined and refitted over their common length."""
     todo = sorted(lines, key=lambda line: -line.length)
     done: list[EdgeLine] = []
     while todo:
@@ -153,15 +144,6 @@ def merged_lines(
     return tuple(sorted(done, key=lambda line: -line.length))
 
 
-def _crossing(a: EdgeLine, b: EdgeLine) -> FloatArray:
-    """Point where two lines that are not parallel cross."""
-    normals = np.array([a.normal, b.normal])
-    crossing: FloatArray = np.linalg.solve(
-        normals, np.array([a.normal @ a.start, b.normal @ b.start])
-    )
-    return crossing
-
-
 def _ends_at(line: EdgeLine, point: FloatArray, reach: float) -> bool:
     return bool(min(np.hypot(*(point - line.start)), np.hypot(*(point - line.end))) <= reach)
 
@@ -174,7 +156,7 @@ def _passes(line: EdgeLine, point: FloatArray) -> bool:
 def _meeting(
     lines: tuple[EdgeLine, ...], members: set[int], first: FloatArray
 ) -> tuple[FloatArray, FloatArray, set[int]] | None:
-    """Vertex (2,), covariance and lines after lines that miss it are left out, or None.
+    """Return the vertex (2,), covariance and lines after lines that miss it are left out, or None.
 
     Covariance (sum n n^T / v)^-1 over the lines, v each line's variance at the vertex.
     """
@@ -203,27 +185,23 @@ def _meeting(
 
 
 def _widest_angle(lines: tuple[EdgeLine, ...], used: set[int]) -> float:
-    """Largest angle (0..pi/2) between two of the lines."""
+    """Return the largest angle (0..pi/2) between two of the lines."""
     directions = np.array([lines[i].direction for i in sorted(used)])
     return float(np.arccos(np.clip(np.abs(directions @ directions.T), 0.0, 1.0)).max())
 
 
-def find_vertices(
-    lines: tuple[EdgeLine, ...],
-    mask: Image,
-    *,
-    slope_change: float = SLOPE_CHANGE,
-) -> tuple[ImageVertex, ...]:
-    """The vertices where the lines meet, inside the picture, each once; best fixed first."""
+def find_vertices(lines: tuple[EdgeLine, ...], mask: Image) -> tuple[ImageVertex, ...]:
+    """Find the vertices where the lines meet, inside the picture, each once; best fixed first."""
     reach = _reach(float(np.sqrt(np.count_nonzero(mask))))
     height, width = mask.shape
     crossings: list[tuple[FloatArray, int, int]] = []
     for i, a in enumerate(lines):
         for j in range(i + 1, len(lines)):
             b = lines[j]
-            if _widest_angle(lines, {i, j}) < slope_change:
+            if _widest_angle(lines, {i, j}) < SLOPE_CHANGE:
                 continue
-            point = _crossing(a, b)
+            normals = np.array([a.normal, b.normal])
+            point = np.linalg.solve(normals, [a.normal @ a.start, b.normal @ b.start])
             if not (RIM_PX <= point[0] <= width - 1 - RIM_PX):
                 continue
             if not (RIM_PX <= point[1] <= height - 1 - RIM_PX):
@@ -243,7 +221,7 @@ def find_vertices(
     vertices = []
     for members, points in groups:
         met = _meeting(lines, members, np.median(points, axis=0))
-        if met is not None and _widest_angle(lines, met[2]) >= slope_change:
+        if met is not None and _widest_angle(lines, met[2]) >= SLOPE_CHANGE:
             vertices.append(ImageVertex(met[0], met[1], tuple(sorted(met[2]))))
     vertices.sort(key=lambda vertex: float(np.trace(vertex.cov)))
     kept: list[ImageVertex] = []

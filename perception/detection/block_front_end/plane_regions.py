@@ -17,8 +17,6 @@ from scipy.signal import find_peaks
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["PlaneRegions", "grey_thresholds", "neighbourhood_mean", "plane_regions"]
-
 # A peak of the histogram rises above the valleys beside it by this share of its own height;
 # smoothing at the noise of the averages leaves far less of a chance ripple.
 PEAK_PROMINENCE = 0.15
@@ -48,7 +46,8 @@ class PlaneRegions:
 
 
 def neighbourhood_mean(image: Image, mask: Image, passes: int = PASSES) -> FloatArray:
-    """Mean of each pixel's 8 neighbours on the mask (step 6), taken `passes` times; grey levels.
+    """Return the mean of each pixel's 8 neighbours on the mask (step 6), taken `passes` times; grey
+    levels.
 
     Neighbours off the mask do not count, so the ground does not darken the object's rim.
     """
@@ -64,7 +63,8 @@ def neighbourhood_mean(image: Image, mask: Image, passes: int = PASSES) -> Float
 
 
 def grey_thresholds(means: FloatArray, sd_grey: float) -> tuple[float, ...]:
-    """Thresholds between the peaks of the histogram of averages (n,), rising; none if it has one.
+    """Return thresholds between the peaks of the histogram of averages (n,), rising; none if it has
+    one.
 
     `sd_grey` is the averages' noise. Each threshold is the lowest point after a peak, which is as
     far above the peak as its pixels reach.
@@ -91,7 +91,8 @@ def grey_thresholds(means: FloatArray, sd_grey: float) -> tuple[float, ...]:
 
 
 def plane_regions(image: Image, mask: Image, sd_grey: float | None = None) -> PlaneRegions:
-    """The object's pixels parted into regions of one grey each; every pixel of the mask is in one.
+    """Return the object's pixels parted into regions of one grey each; every pixel of the mask is
+    in one.
 
     `sd_grey` is the noise of the picture in grey levels; estimated if not given.
     """
@@ -125,7 +126,7 @@ def plane_regions(image: Image, mask: Image, sd_grey: float | None = None) -> Pl
 
 
 def _nearest(seeds: NDArray[np.int32]) -> NDArray[np.int32]:
-    """For each pixel the label of the nearest pixel that has one."""
+    """Return for each pixel the label of the nearest pixel that has one."""
     empty = (seeds == 0).astype(np.uint8)
     _, nearest = cv2.distanceTransformWithLabels(
         empty, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL

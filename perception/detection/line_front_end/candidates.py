@@ -29,8 +29,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_PENALTY", "Candidate", "Judge", "penalty", "simplest", "square", "tidy"]
-
 # Each side is chosen among some twenty, a moved one also among its moves, on one of up to a
 # thousand planes: the log-likelihood ratio of the sides must exceed what the best of so many
 # choices has by chance, by so much more that chance makes less than one face in a thousand scenes.
@@ -78,12 +76,14 @@ those; None where they are no face."""
 
 
 def penalty(corners: FloatArray, *, moved: bool) -> float:
-    """The penalty that the log-likelihood ratio of an outline's (k, 3) sides must exceed."""
+    """Return the penalty that the log-likelihood ratio of an outline's (k, 3) sides must exceed."""
     return PLANE_PENALTY + (MOVED_PENALTY if moved else SIDE_PENALTY) * len(corners)
 
 
 def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
-    """An outline (k, 3) across a normal without sides and corners below the `pixel` resolution."""
+    """Return an outline (k, 3) across a normal without sides and corners below the `pixel`
+    resolution.
+    """
     basis = plane_basis(normal)
     flat = without_short_sides(corners @ basis, MIN_SIDE_PX * pixel)
     flat = without_straight_corners(flat, MIN_TURN_PX * pixel)
@@ -94,7 +94,8 @@ def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
 def simplest(
     candidate: Candidate, others: Sequence[Candidate], pixel: float, judge: Judge
 ) -> Candidate:
-    """The candidate without corners that lower its score: regions grow spurs along their lines.
+    """Return the candidate without corners that lower its score: regions grow spurs along their
+    lines.
 
     Of the `others`, the best first, a nearly equal one with fewer corners takes its place, or one
     that is right-angled as far as a `pixel` shows (in the unit of corners).
@@ -139,8 +140,8 @@ def _plainest(
 
 
 def _is_right_angled(corners: FloatArray, pixel: float) -> bool:
-    """Whether at each corner of an outline (k, 3) the end of the shorter side is no farther from
-    the perpendicular than two edges are wide: each of the two sides may be off by one.
+    """Return whether at each corner of an outline (k, 3) the end of the shorter side is no farther
+    from the perpendicular than two edges are wide: each of the two sides may be off by one.
     """
     before, after = np.roll(corners, 1, axis=0) - corners, np.roll(corners, -1, axis=0) - corners
     longer = np.maximum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
@@ -157,7 +158,8 @@ def square(
     sides: SideJudge,
     judge: Judge,
 ) -> Candidate:
-    """The candidate on a plane parallel or perpendicular to `known` normals (3,), where possible.
+    """Return the candidate on a plane parallel or perpendicular to `known` normals (3,), where
+    possible.
 
     That is where its lines allow it within KNOWN_SDS, and its score there is as good: another thing
     may stand askew. `plane` is the candidate's.

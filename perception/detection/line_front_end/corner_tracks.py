@@ -15,15 +15,6 @@ from facetlog.perception.detection.tracked_faces import Completion
 from facetlog.perception.stable_order import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
-__all__ = [
-    "Corners",
-    "completed_corners",
-    "merge_corners",
-    "outlined_tracks",
-    "track_corners",
-    "track_ends",
-]
-
 # Corners of two faces that touch are one vertex within this share of a side that ends there, and
 # within so many px of either's plane.
 MERGE_SHARE = 0.25
@@ -66,7 +57,7 @@ class Corners:
         return segments
 
     def sides_shown(self, shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which views show which side (n, V): those that show one of its faces (faces, V)."""
+        """Return which views show which side (n, V), by those that show its faces (faces, V)."""
         number = {side: k for k, side in enumerate(self.sides)}
         visible = np.zeros((len(number), shown.shape[1]), np.bool_)
         for face, ring in self.rings:
@@ -80,7 +71,7 @@ def _sides(ring: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
-    """Corners of different faces that lie together become one vertex, nearest pairs first."""
+    """Merge corners of different faces that lie together into one vertex, nearest pairs first."""
     rings = [(k, ring) for k, f in enumerate(faces) for ring in (f.corners, *f.holes)]
     points = np.concatenate([ring for _, ring in rings])
     owner = np.repeat([k for k, _ in rings], [len(ring) for _, ring in rings])
@@ -111,7 +102,7 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
 def track_corners(
     corners: Corners, views: Sequence[View], fits: Sequence[SideFits]
 ) -> tuple[Track, ...]:
-    """One track a vertex: where its sides meet in each view.
+    """Return one track a vertex: where its sides meet in each view.
 
     `fits` are those of the corners' sides in the views that show them.
     """
@@ -131,7 +122,8 @@ def track_corners(
 def outlined_tracks(
     corners: Corners, shown: NDArray[np.bool_], views: Sequence[View]
 ) -> tuple[Track, ...]:
-    """One track a vertex: the corner of its faces' outlines in the views that show one of them.
+    """Return one track a vertex: the corner of its faces' outlines in the views that show one of
+    them.
 
     Used where the sides determine no corner, as on a curve or behind another thing. All the views
     together have the standard deviation OUTLINE_SD_PX: they share the outline's error.
@@ -149,7 +141,8 @@ def outlined_tracks(
 def completed_corners(
     corners: Corners, faces: Sequence[SelectedFace], pixel: float
 ) -> tuple[Completion, ...]:
-    """Places of corners that belong only to faces whose planes are implied by their neighbours.
+    """Return places of corners that belong only to faces whose planes are implied by their
+    neighbours.
 
     Each relative to a corner of a neighbour, as accurate as an outline; `pixel` as before.
     """
@@ -173,7 +166,8 @@ def track_ends(
     views: Sequence[View],
     fits: Sequence[SideFits],
 ) -> tuple[Track, ...]:
-    """Two tracks for each loose edge (m, 2, 3): where its start and its end are in each view.
+    """Return two tracks for each loose edge (m, 2, 3): where its start and its end are in each
+    view.
 
     `visible` (m, V) says which views show it, `fits` where. Across the edge an end has the standard
     deviation of the readings; along it END_SD_PX, an error that all the views share.

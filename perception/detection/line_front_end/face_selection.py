@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 
+import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -69,12 +70,10 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     LineProfiles,
     covered_extents,
 )
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
-from facetlog.perception.detection.line_front_end.taken_pixels import take_pixels
 from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["select_faces"]
 
 # Least coverage of the sides of a face when it is as plain as may be.
 MIN_FINAL = 0.75
@@ -104,7 +103,8 @@ def select_faces(
     texture: TexturePoints | None = None,
     patches: Sequence[TexturePlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
-    """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
+    """Select faces on the planes, the best first; and in each view the pixels (H, W) they explain,
+    1.
 
     None of them is the ground. Of the cloud's lines `score` (n,) is their log-likelihood ratio, and
     `profiles` say how far they are covered; what views see lines of `behind` through is no face.
@@ -402,3 +402,27 @@ def _alike(one: Candidate, other: Candidate) -> bool:
 
 def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:
     return corners if vector_area(corners) @ normal > 0 else corners[::-1].copy()
+
+
+# Pixels at a face's rim belong to its neighbours too: half this width, px. A gap between two faces
+# belongs to both.
+RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)
+
+
+def take_pixels(
+    taken: list[NDArray[np.uint8]],
+    views: Sequence[View],
+    shown: NDArray[np.bool_],
+    rings: Sequence[FloatArray],
+) -> None:
+    """Add to `taken`, of each view its pixels (H, W), 1 where they are explained, those within the
+    outline of a face and outside of its holes (`rings`, the outline first), in the views (V,) that
+    are `shown` to show it.
+    """
+    for k in np.nonzero(shown)[0].tolist():
+        drawn = [project_points(views[k].projection, ring) for ring in rings]
+        if all((depth > 0).all() for _, depth in drawn):
+            filled = np.zeros_like(taken[k])
+            cv2.fillPoly(filled, [np.rint(uv).astype(np.int32) for uv, _ in drawn], 1)
+            more = cv2.bitwise_or(taken[k], cv2.erode(filled, RIM))
+            taken[k] = np.asarray(cv2.morphologyEx(more, cv2.MORPH_CLOSE, BETWEEN), dtype=np.uint8)

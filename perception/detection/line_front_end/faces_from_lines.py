@@ -3,10 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
@@ -36,8 +35,6 @@ from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
-    TexturePoints,
-    Triangulate,
     texture_points,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
@@ -71,21 +68,14 @@ from facetlog.perception.detection.working_size import (
     in_own_pixels,
     working_noises,
 )
+from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["Pictures", "line_front_end", "prepared_pictures", "tracked_faces"]
 
 # Places along a 3-D segment to which the views that show it see.
 SIGHT_SAMPLES = 12
 
 T = TypeVar("T")
-AlignViews: TypeAlias = Callable[
-    [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray], FloatArray, NDArray[np.bool_]],
-    tuple[View, ...] | None,
-]
-"""From views, their edges and segments, and the 3-D segments (n, 2, 3) with which view shows which
-(n, V), to the same views at other poses; None where the poses are good enough."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,7 +91,7 @@ class Pictures:
     segments: tuple[FloatArray, ...]
 
     def select(self, kept: Sequence[int]) -> "Pictures":
-        """The chosen ones."""
+        """Return the chosen pictures."""
 
         def those(all_: tuple[T, ...]) -> tuple[T, ...]:
             return tuple(all_[k] for k in kept)
@@ -115,7 +105,7 @@ class Pictures:
         )
 
     def extended_by(self, others: "Pictures") -> "Pictures":
-        """These and others after them."""
+        """Return these pictures and others after them."""
         return Pictures(
             (*self.views, *others.views),
             (*self.factors, *others.factors),
@@ -130,17 +120,14 @@ def line_front_end(
     up: FloatArray | None,
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
-    align: AlignViews | None = None,
-    triangulate: Triangulate | None = None,
 ) -> TrackedFaces:
-    """Faces with their corners tracked through the views, found by lines first.
+    """Find faces with their corners tracked through the views, by lines first.
 
-    `align` corrects poses until the views' segments agree, so that correspondences are found; the
-    tracks are pixels, and the corrected poses are used for nothing else. `triangulate` makes points
-    of matched texture features: they propose planes, and faces without edges.
+    Poses are corrected until the views' segments agree, so that correspondences are found; the
+    tracks are pixels, and the corrected poses are used for nothing else.
     """
     pictures = prepared_pictures(views, clock, progress)
-    return tracked_faces(pictures, up, clock, align, triangulate)
+    return tracked_faces(pictures, up, clock)
 
 
 def prepared_pictures(
@@ -148,7 +135,7 @@ def prepared_pictures(
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Pictures:
-    """What each view shows by itself."""
+    """Find the edges and segments of each view."""
     working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
@@ -163,23 +150,16 @@ def prepared_pictures(
     return Pictures(working, factors, noises, tuple(maps), tuple(segments))
 
 
-def tracked_faces(
-    pictures: Pictures,
-    up: FloatArray | None,
-    clock: StepClock,
-    align: AlignViews | None,
-    triangulate: Triangulate | None,
-) -> TrackedFaces:
-    """`line_front_end` of views that were looked at."""
+def tracked_faces(pictures: Pictures, up: FloatArray | None, clock: StepClock) -> TrackedFaces:
+    """Find the tracked faces of prepared pictures, as `line_front_end` does."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
         cloud, use = shown_lines(views, maps, segments)
-    if align is not None:
-        with clock.step("poses"):
-            placed = align(views, maps, segments, cloud.segments, use)
-            if placed is not None:
-                views = placed
-                cloud, use = shown_lines(views, maps, segments)
+    with clock.step("poses"):
+        placed = aligned_views(views, maps, segments, cloud.segments, use)
+        if placed is not None:
+            views = placed
+            cloud, use = shown_lines(views, maps, segments)
     graph = view_graph(views)
     with clock.step("3-D segments"):
         wrong = contradicting_views(
@@ -195,12 +175,10 @@ def tracked_faces(
         return without_them(
             wrong,
             views,
-            lambda kept: tracked_faces(pictures.select(kept), up, clock, align, triangulate),
+            lambda kept: tracked_faces(pictures.select(kept), up, clock),
         )
-    texture = TexturePoints.none(len(views))
-    if triangulate is not None:
-        with clock.step("texture points"):
-            texture = texture_points(views, maps, graph, cloud.pixel, triangulate)
+    with clock.step("texture points"):
+        texture = texture_points(views, maps, graph, cloud.pixel)
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
@@ -280,7 +258,7 @@ def tracked_faces(
 
 
 def _lines_of(pictures: Pictures, views: Sequence[View]) -> FloatArray:
-    """3-D segments (n, 2, 3) of pictures with the poses of these views."""
+    """Return 3-D segments (n, 2, 3) of pictures with the poses of these views."""
     cloud, _ = shown_lines(views, pictures.maps, pictures.segments)
     return cloud.segments
 

@@ -1,4 +1,4 @@
-"""What of an outline is ground: where a face meets the ground its outline may run on along shadows.
+"""Parts of an outline that are ground: where a face meets it outlines may go on along shadows.
 
 A shadow is as plain as a face, and has edges of its own: seen on the plane of the face beside it,
 part of it agrees in all views. There the ground explains the pixels as well as a face does, and the
@@ -21,8 +21,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["without_spurs"]
-
 # Sides of a cell, px, in which an outline is looked over: edges reach 2 px to either side.
 CELL_PX = 4.0
 # A place is ground at odds of 20 to 1, unless the face is likelier by as much.
@@ -38,7 +36,8 @@ def without_spurs(
     ground: Ground | None,
     pixel: float,
 ) -> FloatArray:
-    """An outline (k, 3), counter-clockwise about its normal, without its parts that are ground.
+    """Return an outline (k, 3), counter-clockwise about its normal, without its parts that are
+    ground.
 
     A part is what one cut takes off that goes on along a side at a reflex corner, or from one such
     corner to another. The views `shown` (V,) show the face, `taken` are their pixels that show

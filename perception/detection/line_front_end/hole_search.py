@@ -48,8 +48,6 @@ from facetlog.perception.polygons import find_difference, find_intersection, mak
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["HoleFinder", "differs_more"]
-
 # A place is not surface at odds of 20 to 1.
 MIN_RATIO = float(np.log(20.0))
 # How often views disagree elsewhere on the face settles in few steps.
@@ -76,7 +74,7 @@ class _Cells:
     missing: NDArray[np.bool_]
 
     def regions(self, least: int) -> Iterator[NDArray[np.uint8]]:
-        """Regions (rows, columns) of cells that are no surface."""
+        """Return regions (rows, columns) of cells that are no surface."""
         drawn = np.zeros(self.grid.shape, dtype=np.uint8)
         column, row = self.middles[self.missing].astype(np.intp).T
         drawn[row, column] = 1
@@ -108,8 +106,8 @@ class HoleFinder:
         shown: NDArray[np.bool_],
         taken: Sequence[NDArray[np.uint8]],
     ) -> tuple[FloatArray, ...]:
-        """Corners (k, 3) of the holes in a face (n, 3) that views `shown` (V,) show, each clockwise
-        seen from the side that the plane's normal points to.
+        """Return corners (k, 3) of the holes in a face (n, 3) that views `shown` (V,) show, each
+        clockwise seen from the side that the plane's normal points to.
 
         `taken` says of each view which of its pixels show a face that was found before.
         """
@@ -136,8 +134,8 @@ class HoleFinder:
         shown: NDArray[np.bool_],
         taken: Sequence[NDArray[np.uint8]],
     ) -> FloatArray | None:
-        """What is left (k, 3) of a polygon (n, 3) that is seen through without the openings at its
-        rim, such as those between legs; None where something else is seen through, too.
+        """Return what is left (k, 3) of a polygon (n, 3) that is seen through without the openings
+        at its rim, such as those between legs; None where something else is seen through, too.
         """
         views = np.nonzero(shown)[0]
         cells = self._look(corners, plane, views, taken, FINE_PX)
@@ -256,7 +254,8 @@ def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:
 
 
 def differs_more(count: FloatArray, apart: FloatArray) -> NDArray[np.bool_]:
-    """At which places (n,) more views disagree than elsewhere, of `count` views `apart` many.
+    """Return at which places (n,) more views disagree than elsewhere, of `count` views `apart`
+    many.
 
     How often they do elsewhere is the share of all but those places. One view alone may have met a
     reflection.

@@ -23,8 +23,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.detection.line_front_end.selected_face import SelectedFace
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["find_loose_edges"]
-
 # A segment this near to a face, in px, lies on it: texture, or the face's own border.
 ON_FACE_PX = 6.0
 # Samples along an edge that the views must see.
@@ -47,7 +45,7 @@ def find_loose_edges(
     seen: NDArray[np.bool_],
     up: FloatArray | None,
 ) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
+    """Return loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
 
     `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) says which
     views show which segment: one seen through a face, as of texture at a wrong depth, is dropped.
@@ -89,7 +87,7 @@ def find_loose_edges(
 
 
 def _are_bars(segments: FloatArray, pixel: float) -> NDArray[np.bool_]:
-    """Which segments (n, 2, 3) are an outline of a bar: another runs along them beside."""
+    """Return which segments (n, 2, 3) are an outline of a bar: another runs along them beside."""
     span = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(span, axis=1)
     unit = span / length[:, None]

@@ -37,8 +37,6 @@ from facetlog.perception.flat_faces import ring_sides, vector_area
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["neighbouring_faces"]
-
 # Faces seen in three or more distinct views were decided before.
 JUDGED_WEIGHT = 3.0
 # Three sides propose the fourth: with so many of them on found faces an unseen face is implied.
@@ -62,7 +60,7 @@ def neighbouring_faces(
     ground: Ground | None,
     pixel: float,
 ) -> tuple[SelectedFace, ...]:
-    """The faces that found ones propose, those whose edges are shown the most clearly first.
+    """Return the faces that found ones propose, those whose edges are shown the most clearly first.
 
     Of those that are implied no view shows anything. `taken` are the pixels that found faces
     explain, V pictures of 0 and 1; `pixel` is a pixel's length at the usual distance.

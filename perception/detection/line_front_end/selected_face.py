@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SelectedFace"]
-
 # A face has a neighbour at each side that is this share of its ring's length: curves have none.
 LONG_SIDE = 0.08
 

@@ -21,8 +21,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_refine import
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, Image, View
 
-__all__ = ["SideFits", "fit_sides"]
-
 # Readings along a side; the ends are left out, where other edges interfere.
 SAMPLES = 32
 CLEAR_OF_ENDS = 0.05
@@ -42,7 +40,7 @@ STORED_SEARCH_PX = 0.75
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideFits:
-    """Where a view shows n sides, against their projection.
+    """Offsets of n sides in a view from their projection.
 
     `offset` (n, 2) px at start and end along unit `normal` (n, 2), `variance` (n, 2) of these in
     px²; `good` (n,) says which sides were found.
@@ -54,7 +52,7 @@ class SideFits:
     good: NDArray[np.bool_]
 
     def part(self, first: int, last: int) -> "SideFits":
-        """Those of some of the sides."""
+        """Return the fits of some of the sides."""
         p = slice(first, last)
         return SideFits(self.normal[p], self.offset[p], self.variance[p], self.good[p])
 
@@ -62,7 +60,7 @@ class SideFits:
 def fit_sides(
     sides: FloatArray, visible: NDArray[np.bool_], views: Sequence[View], maps: Sequence[EdgeMap]
 ) -> tuple[SideFits, ...]:
-    """Sides (n, 2, 3) fitted in each view that shows them, `visible` (n, V)."""
+    """Return sides (n, 2, 3) fitted in each view that shows them, `visible` (n, V)."""
     return tuple(
         _in_view(sides, visible[:, k], view, edges)
         for k, (view, edges) in enumerate(zip(views, maps, strict=True))

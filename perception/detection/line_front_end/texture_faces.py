@@ -48,8 +48,6 @@ from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["texture_faces"]
-
 # A patch is as broad as two of the pieces that are correlated, or it is one piece alone.
 MIN_AREA_PX = (2 * PIECE_PX) ** 2
 # Anything shorter than half a piece, px, is no side: the points end anywhere.
@@ -66,7 +64,7 @@ def texture_faces(
     ground: Ground | None,
     cloud: LineCloud,
 ) -> tuple[SelectedFace, ...]:
-    """The texture patches that are faces beside those found, the likeliest first.
+    """Return the texture patches that are faces beside those found, the likeliest first.
 
     The outline of each is the hull of its points; none of its sides is an edge. `taken` are the
     pixels that found faces explain, V pictures of 0 and 1.

@@ -22,8 +22,6 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
 from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior
 from facetlog.perception.types import FloatArray
 
-__all__ = ["EXACT", "LEAST_PX", "LENS_SD", "Sizes", "likely_sizes"]
-
 MOST_VIEWS = 24
 """Views from which the sizes are estimated: each trial costs their number cubed."""
 WORTH = 0.1
@@ -65,7 +63,7 @@ def likely_sizes(
     near: Sizes | None = None,
     lens_sds: Sequence[float] = (EXACT, LENS_SD),
 ) -> Sizes:
-    """The most likely sizes at a state, searched from `near` where it is given.
+    """Return the most likely sizes at a state, searched from `near` where it is given.
 
     That of lenses is one of `lens_sds`, of which the first needs no evidence.
     """
@@ -112,7 +110,8 @@ def likely_sizes(
 
 
 def _deviance(pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: float) -> float:
-    """-2 log of the marginal likelihood of the sizes, all else integrated out about the state.
+    """Return -2 log of the marginal likelihood of the sizes, all else integrated out about the
+    state.
 
     `off` (m,) is how far the unknowns but the points are from the prior's mean.
     """

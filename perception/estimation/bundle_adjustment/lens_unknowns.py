@@ -11,8 +11,6 @@ import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, LensError, View
 
-__all__ = ["LENS_UNKNOWNS", "Lenses", "lenses_of"]
-
 LENS_UNKNOWNS = 2
 LEAST_VIEWS = 3
 """With fewer views of a camera, errors of its lens cannot be separated from those of its poses."""
@@ -23,7 +21,7 @@ factor of .2 a round."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Lenses:
-    """Which of the C cameras with unknowns took which of V views: `member` (V, C), 1 or 0; each
+    """Membership of V views in the C cameras with unknowns: `member` (V, C), 1 or 0; each
     view's principal point `centre` (V, 2) and focal lengths `focal` (V, 2), in px.
     """
 
@@ -37,22 +35,22 @@ class Lenses:
         return int(self.member.shape[1])
 
     def of_views(self, values: FloatArray) -> FloatArray:
-        """Each view's share of the cameras' values (C, ...): (V, ...)."""
+        """Return each view's share (V, ...) of the cameras' values (C, ...)."""
         return np.tensordot(self.member, values, axes=1)
 
     def of_cameras(self, values: FloatArray) -> FloatArray:
-        """The sums over each camera's views of values (V, ...): (C, ...)."""
+        """Return the sums (C, ...) over each camera's views of values (V, ...)."""
         return np.tensordot(self.member.T, values, axes=1)
 
     def some(self, chosen: Sequence[int]) -> "Lenses":
-        """Those of the chosen views."""
+        """Return the lenses of the chosen views."""
         views = list(chosen)
         return Lenses(self.member[views], self.centre[views], self.focal[views])
 
     def seen(
         self, unknowns: FloatArray, uv: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Where pixels (n, V, 2) of pinholes are seen by lenses with these unknowns (C, 2).
+        """Return where pixels (n, V, 2) of pinholes are seen by lenses with these unknowns (C, 2).
 
         With their derivatives by the pixels (n, V, 2, 2) and by each view's unknowns (n, V, 2, 2).
         """
@@ -70,7 +68,7 @@ class Lenses:
         return at, by_pixel, np.stack([by_focal, by_radial], axis=-1)
 
     def undistorted(self, unknowns: FloatArray, uv: FloatArray) -> FloatArray:
-        """Observed pixels (n, V, 2) without the radial distortion; the focal length stays."""
+        """Remove the radial distortion from observed pixels (n, V, 2); the focal length stays."""
         a, b = np.moveaxis(self.of_views(unknowns), -1, 0)
         if not b.any():
             return uv
@@ -82,13 +80,13 @@ class Lenses:
         return self.centre + straight
 
     def errors(self, unknowns: FloatArray, sds: FloatArray) -> tuple[LensError, ...]:
-        """Each view's, of the cameras' unknowns (C, 2) and their standard deviations (C, 2)."""
+        """Return the lens error of each view, by the cameras' unknowns and their sds (C, 2)."""
         rows = np.hstack([self.of_views(unknowns), self.of_views(sds)])
         return tuple(LensError(1.0 + a, b, *both) for a, b, *both in rows.tolist())
 
 
 def lenses_of(views: Sequence[View]) -> Lenses:
-    """The cameras of views; those of the same intrinsics are one."""
+    """Return the cameras of views; those of the same intrinsics are one."""
     cameras: dict[Camera, list[int]] = {}
     for k, view in enumerate(views):
         cameras.setdefault(view.camera, []).append(k)

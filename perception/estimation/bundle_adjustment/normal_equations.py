@@ -20,8 +20,6 @@ from facetlog.perception.estimation.bundle_adjustment.pose_prior import block_di
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import FloatArray, Pose, View
 
-__all__ = ["ROBUST_SD", "Linear", "Problem", "Reduced", "State", "Tracks", "linear", "reduced"]
-
 ROBUST_SD = 5.0
 """Standard deviations of a residual at which its weight is a half: beyond noise, not in it."""
 RIDGE = 1e-12
@@ -43,11 +41,11 @@ class Tracks:
     weight: FloatArray
 
     def rows(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Tracks":
-        """The chosen tracks."""
+        """Return the chosen tracks."""
         return Tracks(self.uv[chosen], self.cov[chosen], self.used[chosen], self.weight)
 
     def noise(self, extra_px: float) -> FloatArray:
-        """Covariances (n, V, 2, 2) with a noise of `extra_px` beyond the pixels' own."""
+        """Return covariances (n, V, 2, 2) with a noise of `extra_px` beyond the pixels' own."""
         return self.cov + (extra_px**2 / self.weight)[None, :, None, None] * np.eye(2)
 
 
@@ -71,12 +69,12 @@ class Problem:
     unit: FloatArray
 
     def poses(self, twists: FloatArray) -> tuple[Pose, ...]:
-        """The views' poses where the twists (V, 6) put them."""
+        """Return the views' poses where the twists (V, 6) put them."""
         placed = zip(self.views, twists * self.unit, strict=True)
         return tuple(moved(view.pose, twist, self.about) for view, twist in placed)
 
     def projections(self, twists: FloatArray) -> FloatArray:
-        """Their projections (V, 3, 4), all at once."""
+        """Return the projections (V, 3, 4) of all views moved by twists (V, 6)."""
         scaled = twists * self.unit
         turns = Rotation.from_rotvec(scaled[:, :3]).as_matrix()
         centres = np.array([v.pose.centre for v in self.views]) - self.about
@@ -104,7 +102,7 @@ class Linear:
 
 
 def linear(problem: Problem, state: State) -> Linear:
-    """The problem linearised at a state."""
+    """Return the problem linearised at a state."""
     projections = problem.projections(state.twists)
     used = problem.tracks.used
     h = (state.points @ projections[:, :, :3].transpose(0, 2, 1)).transpose(1, 0, 2)
@@ -144,7 +142,7 @@ class Reduced:
 
 
 def reduced(problem: Problem, at: Linear, extra_px: float) -> Reduced:
-    """The normal equations where the pixels have a noise of `extra_px` beyond their own."""
+    """Return the normal equations where the pixels have a noise of `extra_px` beyond their own."""
     tracks, lenses = problem.tracks, problem.lenses
     noise = tracks.noise(extra_px)
     a = np.sqrt(noise[..., 0, 0])

@@ -15,8 +15,6 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.estimation.pose_refinement.pose_chain import added, of_twist
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors
 
-__all__ = ["Prior", "block_diagonal", "prior_of"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Prior:
@@ -35,7 +33,7 @@ class Prior:
     chain: FloatArray | None = None
 
     def precision(self, own_sd: float, lens_sd: float) -> tuple[FloatArray, float]:
-        """The inverse (m, m) of the covariance, m = 6 V + unknowns, and its log determinant."""
+        """Return inverse (m, m) of the covariance, m = 6 V + unknowns, and its log determinant."""
         covs = self.stated + own_sd**2 * self.own
         whole = covs if self.chain is None else (self.chain + block_diagonal(covs))[None]
         inverse = np.asarray(np.linalg.inv(whole), dtype=np.float64)
@@ -48,15 +46,17 @@ class Prior:
         return belief, log_det + 2 * self.unknowns * float(np.log(lens_sd))
 
     def off(self, twists: FloatArray, lens: FloatArray) -> FloatArray:
-        """How far twists (V, 6) and the lenses' unknowns (C, 2) are from the mean, (m,)."""
+        """Return how far twists (V, 6) and the lenses' unknowns (C, 2) are from the mean, (m,)."""
         return np.concatenate([(twists - self.mean).ravel(), lens.ravel()])
 
     def weighted(self, weight: FloatArray) -> "Prior":
-        """The same where nearly identical views share their errors (each 1 / weight as large)."""
+        """Return the prior where nearly identical views share their errors (each 1 / weight as
+        large).
+        """
         return replace(self, own=self.own / weight[:, None, None])
 
     def some(self, chosen: NDArray[np.intp]) -> "Prior":
-        """That of the chosen views (indices) alone."""
+        """Return the prior of the chosen views (indices) alone."""
         rows = (6 * chosen[:, None] + np.arange(6)).ravel()
         chain = None if self.chain is None else self.chain[np.ix_(rows, rows)]
         own, stated = self.own[chosen], self.stated[chosen]
@@ -70,7 +70,8 @@ def prior_of(
     distance: float,
     unknowns: int = 0,
 ) -> Prior:
-    """The prior of the twists about a point (3,) that move these poses, and of lenses' unknowns.
+    """Return the prior of the twists about a point (3,) that move these poses, and of lenses'
+    unknowns.
 
     An independent error is as large in place as in rotation: by the same angle at this distance.
     """
@@ -90,7 +91,7 @@ def prior_of(
 
 
 def block_diagonal(blocks: FloatArray) -> FloatArray:
-    """The matrix (V k, V k) with these blocks (V, k, k) on its diagonal."""
+    """Return the matrix (V k, V k) with these blocks (V, k, k) on its diagonal."""
     count, size, _ = blocks.shape
     whole = np.zeros((count, size, count, size))
     each = np.arange(count)

@@ -13,15 +13,13 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    held_start,
     most_likely,
+    recursion_from_fit,
     solved,
     updated_one,
 )
 from facetlog.perception.estimation.plane_filter import Chart
 from facetlog.perception.types import FloatArray, frozen
-
-__all__ = ["ImageLine", "fit_image_line", "image_line_recursion"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,7 +48,7 @@ class ImageLine:
         return converted(self.state.cov, self.state.mean, line)
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
-        """The same line in a chart, about another origin where one is given.
+        """Return the same line in a chart, about another origin where one is given.
 
         ValueError if it is parallel to the chart's axis.
         """
@@ -87,7 +85,7 @@ POINT_ON_LINE = Incidence(_equations, _by_point)
 
 
 def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
-    """The most likely line of pixels (n, 2), n at least 2, with covariances (n, 2, 2).
+    """Return the most likely line of pixels (n, 2), n at least 2, with covariances (n, 2, 2).
 
     About the pixels' middle, in the chart in which its slope is at most 1. ValueError for pixels
     that are all one.
@@ -103,26 +101,26 @@ def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
 
 
 def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLine]:
-    """The line after each further pixel, as of `fit_image_line`; each is used once, linearised at
-    the previous line. It starts from the first pixels that make its slope sure.
+    """Yield the line after each further pixel, as of `fit_image_line`, from the first that make its
+    slope sure; each is used once, linearised at the previous line.
     """
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
-    start = held_start(
-        lambda n: fit_image_line(x[:n], noise[:n]),
-        len(x),
-        lambda line: line.state.cov[0, 0] <= SURE_SD**2,
-    )
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for point, cov in zip(x[held:] - line.origin, noise[held:], strict=True):
+
+    def update(line: ImageLine, k: int) -> ImageLine:
         order = _axes(line.chart)
-        state, _ = updated_one(POINT_ON_LINE, line.state, point[order], cov[np.ix_(order, order)])
+        point, cov = (x[k] - line.origin)[order], noise[k][np.ix_(order, order)]
+        state, _ = updated_one(POINT_ON_LINE, line.state, point, cov)
         line = replace(line, state=state)
         if abs(line.state.mean[0]) > MAX_SLOPE:
             line = line.in_chart(Chart.X if line.chart == Chart.Y else Chart.Y)
-        yield line
+        return line
+
+    return recursion_from_fit(
+        lambda n: fit_image_line(x[:n], noise[:n]),
+        len(x),
+        lambda line: bool(line.state.cov[0, 0] <= SURE_SD**2),
+        update,
+    )
 
 
 def _axes(chart: Chart) -> list[int]:

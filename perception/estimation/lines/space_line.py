@@ -16,8 +16,8 @@ from facetlog.perception.estimation.incidence import (
     SURE_SD,
     Incidence,
     converted,
-    held_start,
     most_likely,
+    recursion_from_fit,
     solved,
     updated_one,
 )
@@ -30,16 +30,6 @@ from facetlog.perception.estimation.plane_filter import (
 )
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray, frozen
-
-__all__ = [
-    "SpaceLine",
-    "line_of_images",
-    "line_of_images_recursion",
-    "line_of_points",
-    "line_of_points_recursion",
-    "plane_of_lines",
-    "plane_of_lines_recursion",
-]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,7 +51,8 @@ class SpaceLine:
         return converted(self.state.cov, self.state.mean, self._drawn)
 
     def near(self, point: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A point (3,) known to be on the line, projected onto it, and its covariance (3, 3).
+        """Return a point (3,) known to be on the line, projected onto it, and its covariance (3,
+        3).
 
         Across the line it has the line's covariance, along the line its own (3, 3).
         """
@@ -77,8 +68,8 @@ class SpaceLine:
         return on + self.origin, known
 
     def seen(self, image: ImageLine, projection: FloatArray) -> tuple[Self, float]:
-        """The line after one more view, with `projection` (3, 4), shows it as `image`; and the
-        squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
+        """Return the line after one more view, with `projection` (3, 4), shows it as `image`; and
+        the squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
         """
         planes, noise = _shifted(*_viewing_planes([image], [projection]), self.origin)
         (x,), (cov,) = _in_order(planes, noise, self.chart)
@@ -86,7 +77,7 @@ class SpaceLine:
         return replace(self, state=state).in_best_chart(), chi2
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
-        """The same line in another chart, about another origin where one is given.
+        """Return the same line in another chart, about another origin where one is given.
 
         ValueError if it is orthogonal to the chart's axis.
         """
@@ -106,7 +97,7 @@ class SpaceLine:
         return type(self)(chart, State(mean, cov), about)
 
     def in_best_chart(self) -> Self:
-        """The same line where no slope is beyond MAX_SLOPE."""
+        """Return the same line where no slope is beyond MAX_SLOPE."""
         if np.abs(self.state.mean[:2]).max() <= MAX_SLOPE:
             return self
         return self.in_chart(best_chart(self._drawn(self.state.mean)[:3]))
@@ -170,7 +161,7 @@ PLANE_OF_LINES = Incidence(_lines, _by_line)
 
 
 def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
-    """The most likely line of points (n, 3), n at least 2, with covariances (n, 3, 3)."""
+    """Return the most likely line of points (n, 3), n at least 2, with covariances (n, 3, 3)."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or len(x) < 2 or noise.shape != (len(x), 3, 3):
         raise ValueError(f"points {x.shape} and covariances {noise.shape} make no line")
@@ -180,22 +171,20 @@ def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
 
 
 def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
-    """The line after each further point, each used once, from the first ones that make it sure."""
+    """Yield the line after each further point, from the first ones that make it sure."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
-    start = held_start(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure)
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for point, cov in zip(x[held:], noise[held:], strict=True):
-        measured = _in_order(point - line.origin, cov, line.chart)
+
+    def update(line: SpaceLine, k: int) -> SpaceLine:
+        measured = _in_order(x[k] - line.origin, noise[k], line.chart)
         state, _ = updated_one(LINE_OF_POINTS, line.state, *measured)
-        line = replace(line, state=state).in_best_chart()
-        yield line
+        return replace(line, state=state).in_best_chart()
+
+    return recursion_from_fit(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure, update)
 
 
 def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray]) -> SpaceLine:
-    """The most likely line that views with projections (3, 4) show as lines in their pictures.
+    """Return the most likely line that views with projections (3, 4) show as lines in their
+    pictures.
 
     The plane through a pinhole and a line in its picture holds the line in space. ValueError where
     the planes are one: views from places that the line is in a plane with.
@@ -221,27 +210,22 @@ def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray
 def line_of_images_recursion(
     images: Sequence[ImageLine], projections: Sequence[FloatArray]
 ) -> Iterator[SpaceLine]:
-    """The line after each further view, as of `line_of_images`; each is used once, linearised at
-    the previous line. It starts from the first views that make the line's direction sure, and its
-    place as a share of the distance.
+    """Yield the line after each further view, each used once, linearised at the previous line.
+
+    It starts from the first views that make the line's direction sure, and its place as a share of
+    the distance.
     """
     pinhole = -np.linalg.solve(projections[0][:, :3], projections[0][:, 3])
-    start = held_start(
+    return recursion_from_fit(
         lambda n: line_of_images(images[:n], projections[:n]),
         len(images),
         lambda line: _is_sure(line, float(np.linalg.norm(line.origin - pinhole))),
+        lambda line, k: line.seen(images[k], projections[k])[0],
     )
-    if start is None:
-        return
-    line, held = start
-    yield line
-    for image, projection in zip(images[held:], projections[held:], strict=True):
-        line, _ = line.seen(image, projection)
-        yield line
 
 
 def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
-    """The most likely plane of lines, at least two of them, with its covariance.
+    """Return the most likely plane of lines, at least two of them, with its covariance.
 
     ValueError where the lines are one.
     """
@@ -262,24 +246,22 @@ def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
 
 
 def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
-    """The plane after each further line, each used once, from the first ones that make it sure."""
-    start = held_start(
+    """Yield the plane after each further line, from the first ones that make it sure."""
+    origin = lines[0].origin
+
+    def update(plane: Plane, k: int) -> Plane:
+        here = _about_world(plane, -origin)
+        chart = best_chart(here.normal)
+        (x,), (noise,) = _in_order(*_drawn_about([lines[k]], origin), chart)
+        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, here), x, noise)
+        return _about_world(plane_from_chart(chart, state), origin)
+
+    return recursion_from_fit(
         lambda n: plane_of_lines(lines[:n]),
         len(lines),
-        lambda plane: np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2,
+        lambda plane: bool(np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2),
+        update,
     )
-    if start is None:
-        return
-    origin = lines[0].origin
-    plane, held = start
-    yield plane
-    plane = _about_world(plane, -origin)
-    for line in lines[held:]:
-        chart = best_chart(plane.normal)
-        (x,), (noise,) = _in_order(*_drawn_about([line], origin), chart)
-        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, plane), x, noise)
-        plane = plane_from_chart(chart, state)
-        yield _about_world(plane, origin)
 
 
 def _is_sure(line: SpaceLine, distance: float = np.inf) -> bool:

@@ -7,11 +7,15 @@ segments to the nearest strong edge; the prior is the chain of odometry's steps.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap
+from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
     READINGS_A_VIEW,
     across_basis,
@@ -20,10 +24,13 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_refine import
     read_edges,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
-from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses, moved
+from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
+    explained_share,
+)
+from facetlog.perception.detection.picture_noise import Noise, working_noise
+from facetlog.perception.detection.segments import detect_segments
+from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, moved
 from facetlog.perception.types import FloatArray, Pose, View
-
-__all__ = ["DriftingViews", "align", "align_one"]
 
 SAMPLES = 16
 # The robust (Cauchy) scale is this share of the width searched, one pixel at least: at first the
@@ -39,19 +46,19 @@ class DriftingViews:
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
     """Straight segments (n, 4) of each picture."""
-    chain: PoseChain | SinglePoses
+    chain: TwistPrior
 
     def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
-        """The chosen views moved by these twists, one for each of them."""
+        """Return the chosen views moved by these twists, one for each of them."""
         placed = zip(chosen, twists, strict=True)
         return tuple(replace(self.views[k], pose=self.pose(k, twist)) for k, twist in placed)
 
     def pose(self, k: int, twist: FloatArray) -> Pose:
-        """The pose of view k with this twist (6,)."""
+        """Return the pose of view k with this twist (6,)."""
         return moved(self.views[k].pose, twist, self.chain.about)
 
     def first(self, count: int) -> "DriftingViews":
-        """The first so many of them."""
+        """Return the first so many of them."""
         return DriftingViews(
             self.views[:count], self.maps[:count], self.segments[:count], self.chain
         )
@@ -64,7 +71,7 @@ def align(
     use: NDArray[np.bool_],
     search_px: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """One step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
+    """Take one step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
 
     `use` (n, V) says which segment is searched in which view.
     """
@@ -111,7 +118,7 @@ def align_one(
     segments: FloatArray,
     search_px: float,
 ) -> FloatArray:
-    """One step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
+    """Take one step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
 
     `expected` are the mean and covariance of its prior.
     """
@@ -130,7 +137,9 @@ def align_one(
 def _readings(
     view: View, edges: EdgeMap, points: FloatArray, about: FloatArray, search_px: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Jacobians by the view's twist (n, m, 6) and the point (n, m, 3); errors, weights (n, m)."""
+    """Return Jacobians by the view's twist (n, m, 6) and the point (n, m, 3); errors, weights (n,
+    m).
+    """
     read = read_edges(view, edges, points, search_px)
     by_point = point_jacobian(view, points, read)
     # The camera's twist moves the world the other way: dX = -(turn x r + shift), r from `about`.
@@ -141,3 +150,57 @@ def _readings(
     # The samples of a segment in a view share its error there.
     weight = found / (1.0 + (error / scale) ** 2) * (READINGS_A_VIEW / SAMPLES)
     return by_view, by_point, error, weight
+
+
+class Lines(NamedTuple):
+    """3-D segments (n, 2, 3), which view shows which (n, V), and the share that they explain."""
+
+    segments: FloatArray
+    use: NDArray[np.bool_]
+    explained: float
+
+
+def drifting_views(
+    views: Sequence[View],
+    chain: TwistPrior,
+    reach_px: float | None = None,
+    noises: Sequence[Noise] | None = None,
+) -> DriftingViews:
+    """Return the views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
+    maps, segments = [], []
+    for view, noise in zip(views, noises or (working_noise(v.image) for v in views), strict=True):
+        coarser = coarse_pictures(view.image, noise)
+        maps.append(edge_map(view.image, reach_px, noise, coarser))
+        segments.append(detect_segments(view.image, noise, coarser))
+    return DriftingViews(tuple(views), tuple(maps), tuple(segments), chain)
+
+
+def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None) -> DriftingViews:
+    """Return the views with pictures shrunk to this share of their sides."""
+    views = []
+    for view in drifting.views:
+        height, width = (round(share * side) for side in view.image.shape)
+        image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
+        camera = view.camera.resized(width, height)
+        views.append(View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose))
+    return drifting_views(views, drifting.chain, reach_px)
+
+
+def fitted(
+    drifting: DriftingViews, twists: FloatArray, searches_px: Sequence[float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return twists and segments after a joint fit of all views that have a twist."""
+    here = drifting.first(len(twists))
+    lines = lines_of(here, twists)
+    segments = lines.segments
+    for search_px in searches_px:
+        twists, segments = align(here, twists, segments, lines.use, search_px)
+    return twists, segments
+
+
+def lines_of(drifting: DriftingViews, twists: FloatArray) -> Lines:
+    """Return the 3-D segments of the views at these twists (V, 6)."""
+    views = drifting.at(range(len(drifting.views)), twists)
+    cloud, use = shown_lines(views, drifting.maps, drifting.segments)
+    share = explained_share(cloud.segments, use, views, drifting.segments)
+    return Lines(cloud.segments, use, share)

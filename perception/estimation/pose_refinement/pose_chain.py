@@ -14,8 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["PoseChain", "SinglePoses", "added", "moved", "of_twist", "pose_chain"]
-
 # Independent error of every view besides odometry: the head's pointing and the settling of the
 # robot on its wheels. Radians; for the camera's place the same angle times the distance to the
 # scene, since lengths may have any unit.
@@ -25,68 +23,47 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PoseChain:
-    """The covariances (6, 6) of the first pose's twist and of what each step adds (V - 1, 6, 6).
+class TwistPrior:
+    """Covariances (V, 6, 6) of the twists of poses about the point `about` (3,).
 
-    Twists are about the point `about` (3,): rotation vectors in radians, then shifts in world
-    units.
+    In a `chain` they are of the first pose's twist, and of what each step adds to it; else of each
+    pose's own. Twists are rotation vectors in radians, then shifts in world units.
     """
 
     about: FloatArray
-    first: FloatArray
-    steps: FloatArray
-
-    def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before it."""
-        return twists[k - 1], self.steps[k - 1]
-
-    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Adds the chain's own normal equations of the first twists (V, 6) to h and g."""
-        belief = np.linalg.inv(self.first)
-        h[:6, :6] += belief
-        g[:6] -= belief @ twists[0]
-        for k in range(1, len(twists)):
-            before, after = slice(6 * k - 6, 6 * k), slice(6 * k, 6 * k + 6)
-            belief = np.linalg.inv(self.steps[k - 1])
-            pull = belief @ (twists[k] - twists[k - 1])
-            h[before, before] += belief
-            h[after, after] += belief
-            h[before, after] -= belief
-            h[after, before] -= belief
-            g[before] += pull
-            g[after] -= pull
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SinglePoses:
-    """Covariances (V, 6, 6) of the twists about `about` (3,) of poses with independent errors."""
-
-    about: FloatArray
     covs: FloatArray
+    chain: bool
 
     def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (6,) and covariance (6, 6) of the twist of view k, independent of the others."""
-        return np.zeros_like(twists[0]), self.covs[k]
+        """Return the mean (6,) and covariance (6, 6) of the twist of view k > 0."""
+        return twists[k - 1] if self.chain else np.zeros(6), self.covs[k]
 
     def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-        """Adds the normal equations of the first twists (V, 6) to h and g."""
+        """Add the normal equations of the first twists (V, 6) to h and g."""
         for k, twist in enumerate(twists):
-            at = slice(6 * k, 6 * k + 6)
             belief = np.linalg.inv(self.covs[k])
+            linked = self.chain and k > 0
+            pull = belief @ (twist - twists[k - 1] if linked else twist)
+            at, before = slice(6 * k, 6 * k + 6), slice(6 * k - 6, 6 * k)
             h[at, at] += belief
-            g[at] -= belief @ twist
+            g[at] -= pull
+            if linked:
+                h[before, before] += belief
+                h[before, at] -= belief
+                h[at, before] -= belief
+                g[before] += pull
 
 
 def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
-    """The pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
+    """Return the pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
     turn = Rotation.from_rotvec(twist[:3]).as_matrix()
     return Pose(turn @ pose.rotation, turn @ (pose.centre - about) + about + twist[3:])
 
 
 def pose_chain(
     poses: Sequence[Pose], covariances: FloatArray, about: FloatArray, distance: float
-) -> PoseChain:
-    """The chain of poses, in the order in which they were taken.
+) -> TwistPrior:
+    """Return the chain of poses, in the order in which they were taken.
 
     `covariances` (V, 6, 6) are of place (world units) and of a rotation vector (radians), both in
     the world frame; they grow from pose to pose as the odometry's do. Where they become smaller
@@ -98,13 +75,15 @@ def pose_chain(
     )
     own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
     own = np.array([of_twist(pose, own_cov, about) for pose in poses])
-    grown = [_between(before, after) for before, after in pairwise(of_twists)]
-    steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
-    return PoseChain(about, of_twists[0] + own[0], steps)
+    grown = [
+        before + after if (step := added(before, after)) is None else step
+        for before, after in pairwise(of_twists)
+    ]
+    return TwistPrior(about, np.array([of_twists[0], *grown]) + own, chain=True)
 
 
 def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
-    """The covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
+    """Return covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
     # The camera's place moves by turn x (centre - about) + shift.
     x, y, z = pose.centre - about
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -116,7 +95,7 @@ def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
 
 
 def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
-    """What the step between two poses adds to the covariance (6, 6) of their twists.
+    """Return what the step between two poses adds to the covariance (6, 6) of their twists.
 
     None where the odometry restarted.
     """
@@ -126,8 +105,3 @@ def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
     # The difference of two rounded covariances need not be positive.
     values, vectors = np.linalg.eigh((cov + cov.T) / 2)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
-
-
-def _between(before: FloatArray, after: FloatArray) -> FloatArray:
-    step = added(before, after)
-    return before + after if step is None else step

@@ -11,27 +11,95 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
-from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    coverage,
+    project_points,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     explained_share,
 )
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import at_working_size, working_noises
-from facetlog.perception.estimation.pose_refinement.fitting import (
+from facetlog.perception.estimation.pose_refinement.line_alignment import (
+    DriftingViews,
+    align_one,
     drifting_views,
     fitted,
     lines_of,
     smaller,
 )
-from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews
 from facetlog.perception.estimation.pose_refinement.pose_chain import pose_chain
-from facetlog.perception.estimation.pose_refinement.registration import registered
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
-__all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
+DRAWN = 400
+# Samples spread a little wider than the prior: covariances are estimates too.
+SPREAD = 1.5
+IMPROVED = 6
+# Width searched, px, and share of a segment that must lie on edges, in successive steps.
+STEPS = ((8.0, 0.3), (5.0, 0.3), (3.0, 0.5), (2.0, 0.5), (2.0, 0.5))
+# A segment counts from this share on; by its length in the picture, up to half the usual picture:
+# the floor's boards are longer than anything that stands on it.
+SHOWN = 0.5
+LONGEST = 0.5
+# So many pixels of shown segments count as much as one unit of the prior's squared Mahalanobis
+# distance.
+PX_A_UNIT = 2.0
+
+
+def registered(
+    drifting: DriftingViews, k: int, twists: FloatArray, segments: FloatArray
+) -> FloatArray:
+    """Return the twist (6,) of view k that shows segments (n, 2, 3) best, within its prior."""
+    before, step = drifting.chain.expected(k, twists)
+    rng = np.random.default_rng(k)
+    drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
+    drawn = np.vstack([before, drawn])
+    shown = np.array([_shown_px(drifting, k, twist, segments) for twist in drawn])
+    best, most = before, -np.inf
+    belief = np.linalg.inv(step)
+    for index in np.argsort(-shown, kind="stable")[:IMPROVED]:
+        twist = _improved(drifting, k, drawn[index], (before, step), segments)
+        off = twist - before
+        score = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
+        if score > most:
+            best, most = twist, score
+    return best
+
+
+def _improved(
+    drifting: DriftingViews,
+    k: int,
+    twist: FloatArray,
+    expected: tuple[FloatArray, FloatArray],
+    segments: FloatArray,
+) -> FloatArray:
+    for search_px, least in STEPS:
+        shown = _coverage(drifting, k, twist, segments) > least
+        if not shown.any():
+            break
+        twist = align_one(drifting, k, twist, expected, segments[shown], search_px)
+    return twist
+
+
+def _coverage(
+    drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray
+) -> FloatArray:
+    view = drifting.at([k], twist[None])
+    return np.nan_to_num(coverage(segments, view, [drifting.maps[k]])[:, 0])
+
+
+def _shown_px(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+    (view,) = drifting.at([k], twist[None])
+    share = _coverage(drifting, k, twist, segments)
+    uv, _ = project_points(view.projection, segments)
+    along = uv[:, 1] - uv[:, 0]
+    length = np.minimum(np.hypot(along[:, 0], along[:, 1]), LONGEST * view.camera.width)
+    return float((np.where(share > SHOWN, share, 0.0) ** 2 * length).sum())
+
 
 # Views that are aligned first: a 3-D segment needs three, and one of them may show little.
 FIRST = 6
@@ -73,7 +141,7 @@ def refined_views(
     covariances: FloatArray,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> RefinedViews:
-    """The views with their poses corrected; in the order in which they were taken.
+    """Return the views with their poses corrected; in the order in which they were taken.
 
     `covariances` (V, 6, 6): of each camera's place (world units) and of a rotation vector
     (radians), both in the world frame, as they accumulate in odometry. `progress` is called with
@@ -108,7 +176,10 @@ def refined_views(
         return RefinedViews(tuple(views), 0.0, 0.0, before, before)
     poses = [full.pose(k, twist) for k, twist in enumerate(twists)]
     went = [np.linalg.norm(p.centre - v.pose.centre) for p, v in zip(poses, views, strict=True)]
-    turned = [_angle(p.rotation @ v.pose.rotation.T) for p, v in zip(poses, views, strict=True)]
+    turned = [
+        Rotation.from_matrix(p.rotation @ v.pose.rotation.T).magnitude()
+        for p, v in zip(poses, views, strict=True)
+    ]
     return RefinedViews(
         tuple(replace(view, pose=pose) for view, pose in zip(views, poses, strict=True)),
         float(max(went)),
@@ -121,7 +192,7 @@ def refined_views(
 def with_refined_poses(
     view_set: ViewSet, progress: Callable[[str, int, int], None] | None = None
 ) -> ViewSet:
-    """The set with its poses corrected, and a line about that among its problems.
+    """Return the set with its poses corrected, and a line about that among its problems.
 
     Only poses from odometry are corrected: independent errors are left to bundle adjustment.
     ValueError if the covariances of the poses are not stated.
@@ -142,12 +213,8 @@ def with_refined_poses(
     return replace(view_set, views=found.views, problems=(*view_set.problems, line))
 
 
-def _angle(rotation: FloatArray) -> float:
-    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
-
-
 def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
-    """Twists (FIRST, 6) of the first views, from coarse pictures to fine ones, and segments."""
+    """Fit twists (FIRST, 6) of the first views and segments, from coarse pictures to fine ones."""
     first = full.first(min(FIRST, len(views)))
     twists, segments = np.zeros((len(first.views), 6)), np.zeros((0, 2, 3))
     for share in COARSE_TO_FINE:
@@ -159,7 +226,9 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
 
 
 def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
-    """The twists with those of suspect views registered again; unchanged where none gains by it."""
+    """Return the twists with those of suspect views registered again; unchanged where none gains by
+    it.
+    """
     lines = lines_of(drifting, twists)
     shares = np.array([shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
     better = twists
@@ -174,7 +243,7 @@ def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
 
 
 def shown_share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
-    """The share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
+    """Return share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
     view = drifting.at([k], twist[None])
     use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
     return explained_share(segments, use, view, [drifting.segments[k]])

@@ -18,12 +18,15 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
     explained_share,
 )
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.estimation.pose_refinement.fitting import fitted, lines_of, smaller
-from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
-from facetlog.perception.estimation.pose_refinement.pose_chain import SinglePoses, of_twist
+from facetlog.perception.estimation.pose_refinement.line_alignment import (
+    DriftingViews,
+    align,
+    fitted,
+    lines_of,
+    smaller,
+)
+from facetlog.perception.estimation.pose_refinement.pose_chain import TwistPrior, of_twist
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["aligned_views"]
 
 POSE_SD = np.radians(1.0)
 """Prior standard deviation of rotations, and of places as seen from the cameras' distance. Large
@@ -54,7 +57,8 @@ def aligned_views(
     lines: FloatArray,
     use: NDArray[np.bool_],
 ) -> tuple[View, ...] | None:
-    """The views at poses where their straight segments (n, 4) agree; None where they already do.
+    """Return the views at poses where their straight segments (n, 4) agree; None where they already
+    do.
 
     `lines` (n, 2, 3) are the 3-D segments at the poses given, `use` (n, V) which view shows which.
     """
@@ -64,7 +68,7 @@ def aligned_views(
     graph = view_graph(views)
     cov = POSE_SD**2 * np.diag([graph.distance**2] * 3 + [1.0] * 3)
     covs = np.array([of_twist(v.pose, cov, graph.focus) for v in views])
-    prior = SinglePoses(graph.focus, covs)
+    prior = TwistPrior(graph.focus, covs, chain=False)
     full = DriftingViews(tuple(views), tuple(maps), tuple(segments), prior)
     best = np.zeros((len(views), 6))
     twists, _ = align(full, best, lines, use, SEARCH_PX[0])
@@ -86,7 +90,7 @@ def aligned_views(
 def _moved(
     full: DriftingViews, twists: FloatArray, lines: FloatArray, use: NDArray[np.bool_]
 ) -> bool:
-    """Whether the 3-D segments move significantly in the pictures of many views."""
+    """Return whether the 3-D segments move significantly in the pictures of many views."""
     motion = []
     for k, view in enumerate(full.at(range(len(full.views)), twists)):
         ends = lines[use[:, k]]

@@ -131,7 +131,7 @@ def seen_ground(
     if not len(above):
         return ()
     weights = weight[above].astype(np.float32)
-    seeing = GroundViews([views[k] for k in above], levels, above, weights).spread(MOST_VIEWS)
+    seeing = GroundViews([views[int(k)] for k in above], levels, above, weights).spread(MOST_VIEWS)
     lattice = GroundLattice.under(seeing.views, *seeing.aligned(ground, up))
     if lattice is None:
         return ()

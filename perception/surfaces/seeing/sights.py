@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.perception.detection.gradients import gradient
+from facetlog.perception.detection.coarse_pictures import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.tracked_faces import Landmarks

@@ -8,10 +8,8 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.detection.block_front_end.faces_of_block import (
     BlockFeatures,
-    block_front_end,
-)
-from facetlog.perception.detection.block_front_end.picture_features import (
     PictureFeatures,
+    block_front_end,
     picture_features,
 )
 from facetlog.perception.estimation.ekf import State

@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 
 from facetlog.paper.experiment import METRES_PER_INCH, Experiment
-from facetlog.perception.detection.block_front_end.contours import edge_pixels
-from facetlog.perception.detection.block_front_end.picture_features import picture_features
-from facetlog.perception.detection.block_front_end.plane_regions import (
-    neighbourhood_mean,
-)
-from facetlog.perception.detection.block_front_end.threshold import (
+from facetlog.perception.detection.block_front_end.edge_lines import edge_pixels
+from facetlog.perception.detection.block_front_end.faces_of_block import picture_features
+from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
     binary_picture,
+)
+from facetlog.perception.detection.block_front_end.plane_regions import (
+    neighbourhood_mean,
 )
 from facetlog.perception.types import FloatArray, Image
 

@@ -1,37 +1,28 @@
-"""Noise, gradients and the oriented mask, on pictures whose edges are drawn."""
+"""Noise, gradients, coarser scales and the oriented mask, on pictures whose edges are drawn."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import (
     ORIENTATION_BINS,
     direction_bits,
     edge_map,
 )
-from facetlog.perception.detection.picture_noise import MIN_NOISE_SD, working_noise
-from tests.perception.detection.drawings import along, flat, half_plane, polygon, with_noise
+from facetlog.perception.detection.picture_noise import Noise, working_noise
+from tests.perception.detection.drawings import along, flat, half_plane, with_noise
 
 MIDDLE = np.array([159.3, 120.2])
-ANGLES = np.radians([0.0, 7.0, 33.75, 45.0, 61.0, 90.0, 123.0, 150.0, 179.0])
+ANGLES = np.radians([0.0, 33.75, 61.0, 179.0])
 
 
-@pytest.mark.parametrize("sd", [2.0, 5.0, 10.0, 20.0])
+@pytest.mark.parametrize("sd", [2.0, 20.0])
 def test_noise_is_measured_to_five_percent(sd: float) -> None:
     estimates = [working_noise(with_noise(flat(), sd, seed)).sd for seed in range(5)]
     # Whole greys add the variance of rounding, 1/12.
     assert np.mean(estimates) == pytest.approx(np.hypot(sd, np.sqrt(1 / 12)), rel=0.05)
-
-
-@pytest.mark.parametrize("sd", [2.0, 5.0, 10.0])
-def test_edges_are_not_taken_for_noise(sd: float) -> None:
-    star = polygon([(160, 20), (190, 200), (60, 80), (260, 80), (110, 210)])
-    assert working_noise(with_noise(star, sd)).sd == pytest.approx(sd, rel=0.12)
-
-
-def test_a_picture_without_noise_counts_as_rounded() -> None:
-    assert working_noise(flat()).sd == MIN_NOISE_SD
 
 
 @pytest.mark.parametrize("angle", ANGLES)
@@ -57,20 +48,13 @@ def test_the_mask_reaches_as_far_as_it_says(angle: float) -> None:
         assert (edges.mask[v, u] != 0).mean() == share
 
 
-@pytest.mark.parametrize("angle", ANGLES[:4])
+@pytest.mark.parametrize("angle", ANGLES[:2])
 def test_faint_edges_of_a_noisy_picture_have_their_bits(angle: float) -> None:
     faint = half_plane(angle, MIDDLE, low=100, high=110)
     mask = edge_map(with_noise(faint, 5.0)).mask
     u, v = np.rint(along(angle, MIDDLE)).astype(int).T
     own = (mask[v, u] & direction_bits(np.full(len(u), angle))) != 0
     assert own.mean() > 0.8
-
-
-def test_gradients_point_from_dark_to_bright() -> None:
-    edges = edge_map(half_plane(0.0, MIDDLE, low=50, high=200))
-    u, v = np.rint(along(0.0, MIDDLE)).astype(int).T
-    assert (edges.gy[v, u] > 20 * edges.gradient_noise).all()
-    assert np.abs(edges.gx[v, u]).max() < edges.gradient_noise
 
 
 @pytest.mark.parametrize("sd", [3.0, 10.0])
@@ -86,10 +70,6 @@ def test_the_noise_of_the_gradient_is_what_it_says(sd: float) -> None:
     assert edges.gy.std() == pytest.approx(edges.gradient_noise, rel=0.1)
 
 
-def test_a_flat_picture_has_no_edges() -> None:
-    assert not edge_map(flat()).mask.any()
-
-
 @given(st.floats(-20.0, 20.0))
 def test_a_direction_has_its_bin_and_both_neighbours(direction: float) -> None:
     bits = int(direction_bits(np.array(direction)))
@@ -97,13 +77,8 @@ def test_a_direction_has_its_bin_and_both_neighbours(direction: float) -> None:
     assert bits == sum(1 << ((own + d) % ORIENTATION_BINS) for d in (-1, 0, 1))
 
 
-def test_level_edges_are_neighbours_whichever_way_they_tip() -> None:
-    down, up = direction_bits(np.radians([1.0, -1.0]))
-    assert int(down & up).bit_count() == 2
-
-
-@pytest.mark.parametrize(("sd", "scale"), [(5.0, 2), (8.0, 4), (14.0, 8)])
-@pytest.mark.parametrize("column", [160, 161, 163, 166])
+@pytest.mark.parametrize(("sd", "scale"), [(5.0, 2), (14.0, 8)])
+@pytest.mark.parametrize("column", [160, 163])
 def test_edges_that_only_coarser_scales_show_stand_where_they_are(
     sd: float, scale: int, column: int
 ) -> None:
@@ -116,3 +91,12 @@ def test_edges_that_only_coarser_scales_show_stand_where_they_are(
     assert len(marked) > 0
     # In the mean at the step, between the pixels `column` - 1 and `column`.
     assert abs(marked.mean() - (column - 0.5)) < scale / 2
+
+
+@pytest.mark.parametrize(("sd", "count"), [(1.5, 0), (5.0, 1), (60.0, 3)])
+def test_the_noisier_a_picture_the_more_often_it_is_halved(sd: float, count: int) -> None:
+    assert [c.factor for c in coarse_pictures(flat(), Noise(sd))] == [2, 4, 8][:count]
+
+
+def test_a_picture_of_one_pixel_is_not_halved() -> None:
+    assert coarse_pictures(with_noise(flat()[:1, :1], 5.0), Noise(5.0)) == []

@@ -1,7 +1,4 @@
-"""What a set of cameras looks at, how much each counts, and which pair up."""
-
-from dataclasses import replace
-from itertools import pairwise
+"""The focus of a set of cameras, how much each counts, and which pair up."""
 
 import cv2
 import numpy as np
@@ -15,9 +12,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
     _distinct_views,
 )
 from facetlog.perception.detection.view_graph import (
-    DISTINCT_PX,
-    KEY_VIEWS,
-    PARTNERS,
     view_graph,
     view_motion,
 )
@@ -39,12 +33,6 @@ def test_cameras_that_look_at_a_point_have_it_as_their_focus() -> None:
     graph = view_graph(ring())
     assert np.linalg.norm(graph.focus - TARGET) < 0.02
     assert graph.distance == pytest.approx(np.median([np.hypot(10, 4), np.hypot(10, 7)]), rel=0.01)
-
-
-def test_cameras_that_look_about_a_point_have_their_focus_near_it() -> None:
-    for seed in range(5):
-        graph = view_graph(ring(jitter=0.1, seed=seed))
-        assert np.linalg.norm(graph.focus - TARGET) < 1.0
 
 
 def test_three_views_far_apart_count_as_three() -> None:
@@ -78,10 +66,6 @@ def test_the_order_of_the_views_does_not_matter(order: list[int]) -> None:
     assert named == set(before.pairs)
 
 
-def test_views_apart_count_in_full() -> None:
-    np.testing.assert_allclose(view_graph(ring(6)).weight, 1.0, atol=0.01)
-
-
 @pytest.mark.parametrize("copies", [2, 5])
 def test_a_view_taken_again_shares_its_weight(copies: int) -> None:
     views = ring(6)
@@ -91,49 +75,8 @@ def test_a_view_taken_again_shares_its_weight(copies: int) -> None:
     assert graph.weight.sum() == pytest.approx(len(views), rel=0.01)
 
 
-def test_a_standing_camera_counts_as_one_view_however_often_it_looks() -> None:
-    views = ring(6)
-    step = 0.02 * DISTINCT_PX * 10.0 / CAMERA.fx  # far less than DISTINCT_PX in the picture
-    nudged = [
-        replace(views[0], pose=Pose(views[0].pose.rotation, views[0].pose.centre + k * step))
-        for k in (-1, 0, 1)
-    ]
-    graph = view_graph((*nudged, *views[1:]))
-    assert graph.weight[:3].sum() == pytest.approx(1.0, abs=0.05)
-
-
-def test_parallel_cameras_look_at_something_before_them() -> None:
-    views = [view(pose=Pose(np.eye(3), np.array([x, 0.0, 0.0]))) for x in (0.0, 0.5, 1.0)]
-    graph = view_graph(views)
-    assert graph.focus[2] > 0.5
-    assert abs(graph.focus[0] - 0.5) < 0.5
-    assert graph.distance > 0
-
-
-@pytest.mark.parametrize("count", [2, 3, 12, 40])
-def test_pairs_are_few_sorted_and_of_two_views(count: int) -> None:
-    pairs = view_graph(ring(count)).pairs
-    assert pairs == tuple(sorted(set(pairs)))
-    assert all(0 <= i < j < count for i, j in pairs)
-    assert 1 <= len(pairs) <= PARTNERS * min(count, KEY_VIEWS)
-
-
-def test_two_views_are_one_pair() -> None:
-    assert view_graph(ring(12)[:2]).pairs == ((0, 1),)
-
-
-def test_partners_see_the_focus_under_a_moderate_angle() -> None:
-    views = ring(24)
-    graph = view_graph(views)
-    rays = [graph.focus - v.pose.centre for v in views]
-    units = [r / np.linalg.norm(r) for r in rays]
-    angles = [np.degrees(np.arccos(np.clip(units[i] @ units[j], -1, 1))) for i, j in graph.pairs]
-    assert 5 < np.median(angles) < 35
-    assert max(angles) < 60
-
-
-@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
-@pytest.mark.parametrize("count", [16, 20, 24, 30, 36, 48])
+@pytest.mark.parametrize("heights", [(5.0,), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [16, 30])
 def test_rings_of_any_size_have_partners_under_moderate_angles(
     count: int, heights: tuple[float, ...]
 ) -> None:
@@ -145,14 +88,14 @@ def test_rings_of_any_size_have_partners_under_moderate_angles(
     assert max(angles) < 60
 
 
-@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
-@pytest.mark.parametrize("count", [6, 12, 16, 20, 24, 30, 48])
+@pytest.mark.parametrize("heights", [(5.0,), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [12, 30])
 def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
     count: int, heights: tuple[float, ...]
 ) -> None:
     poses = ring_poses(TARGET, 10.0, heights, count)
     before = view_graph([view(pose=p) for p in poses])
-    for seed in range(5):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         nudged = [
             Pose(
@@ -168,15 +111,6 @@ def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
             chosen = _distinct_views(before.weight, wanted)
             assert len(chosen) == min(count, wanted)
             assert _distinct_views(after.weight, wanted) == chosen
-
-
-def test_every_key_view_of_a_long_film_differs_from_the_others() -> None:
-    # 100 pictures from one place, then twelve round the object: those twelve must take part.
-    views = ring()
-    graph = view_graph((*[views[0]] * 100, *views[1:]))
-    used = sorted({k for pair in graph.pairs for k in pair})
-    assert set(range(100, 111)) <= set(used)
-    assert all(a < b for a, b in pairwise(used))
 
 
 def turned(degrees: float, centre: np.ndarray) -> Pose:
@@ -199,29 +133,3 @@ def test_a_view_that_does_not_face_the_focus_counts_as_one_of_its_own(
     np.testing.assert_array_equal(motion, motion.T)
     assert not motion.diagonal().any()
     assert graph.weight[-1] == 1.0
-
-
-def test_copies_of_a_view_that_looks_elsewhere_count_as_one() -> None:
-    away = view(pose=turned(180.0, np.array([30.0, 0.0, 0.0])))
-    weight = view_graph((*ring(), away, away)).weight
-    assert weight[-2:].sum() == pytest.approx(1.0)
-
-
-def test_views_from_one_place_that_turns_do_not_hide_where_the_others_look() -> None:
-    # Axes from one place meet at that place, which is nothing that anybody looks at.
-    centre = np.array([3.0, 0.0, 0.0])
-    spot = [turned(degrees, centre) for degrees in (-30.0, 15.0, 60.0, 105.0)]
-    places = ((-1.0, 30.0), (0.0, -80.0), (1.0, 160.0))
-    others = [turned(degrees, np.array([x, 0.0, 0.5])) for x, degrees in places]
-    graph = view_graph([view(pose=p) for p in (*others, *spot)])
-    assert graph.distance > 1.0
-    np.testing.assert_allclose(graph.weight, 1.0, atol=1e-3)
-
-
-def test_a_camera_that_only_turns_has_views_that_differ_as_its_pictures_do() -> None:
-    views = [view(pose=turned(d, np.array([3.0, 0.0, 0.0]))) for d in (0.0, 0.1, 90.0, 180.0)]
-    graph = view_graph(views)
-    assert graph.weight[0] == pytest.approx(graph.weight[1])
-    assert 0.5 <= graph.weight[0] < 0.6
-    np.testing.assert_array_equal(graph.weight[2:], 1.0)
-    assert np.isfinite(graph.focus).all()

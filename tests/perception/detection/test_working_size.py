@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.coarse_pictures import coarse_pictures, gradient
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.segments import ENLARGED
 from facetlog.perception.detection.working_size import (
     at_working_size,
@@ -41,20 +40,6 @@ def test_a_point_enlarged_and_taken_back_is_where_it_was() -> None:
     (back,) = in_own_pixels(Track((seen,)), factors).observations
     assert back.uv == pytest.approx(own[:2] / own[2])
     assert back.cov == pytest.approx(np.eye(2) / 4)
-
-
-def test_pictures_of_usual_size_stay_as_they_are() -> None:
-    views = tour("block", 0)
-    same, factors = at_working_size(views)
-    assert set(factors) == {1}
-    assert all(a is b for a, b in zip(views, same, strict=True))
-
-
-def test_each_picture_is_enlarged_as_it_needs() -> None:
-    large = tour("block", 0)[0]
-    small = _halved(large)
-    _, factors = at_working_size([large, small, _halved(small)])
-    assert factors == (1, 2, 4)
 
 
 def _noisy(factor: int, sd: float) -> View:
@@ -91,15 +76,6 @@ def test_the_gradients_of_an_enlarged_picture_are_as_noisy_as_its_noise_says(fac
 def _spread(image: Image) -> float:
     slope = gradient(image)
     return float(np.stack([slope.gx, slope.gy]).std())
-
-
-@pytest.mark.parametrize("sd", [3.0, 10.0, 20.0])
-@pytest.mark.parametrize("factor", [2, 4])
-def test_an_enlarged_picture_of_noise_has_hardly_an_edge(factor: int, sd: float) -> None:
-    small = _noisy(factor, sd)
-    (large,), factors = at_working_size([small])
-    (noise,) = working_noises([small], factors)
-    assert (edge_map(large.image, own_noise=noise).mask != 0).mean() < 0.01
 
 
 @pytest.mark.slow

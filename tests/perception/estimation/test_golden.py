@@ -58,15 +58,3 @@ def test_plane_iteration_of_section_5_3(iteration):
     np.testing.assert_allclose(
         states[iteration].mean, printed["parameters"], atol=printed["tolerance"]
     )
-
-
-def test_skew_turns_the_picture_about_its_centre():
-    pose = POINT["iteration"][0]["pose"]
-    point = np.array([23.0, 56.0, 5.0, 1.0])
-    skew = np.radians(30.0)
-    plain = projection_matrix(*pose[:5], 0.0, 15.5) @ point
-    turned = projection_matrix(*pose[:5], skew, 15.5) @ point
-    c, s = np.cos(skew), np.sin(skew)
-    np.testing.assert_allclose(
-        turned[:2] / turned[2], np.array([[c, s], [-s, c]]) @ (plain[:2] / plain[2]), rtol=1e-12
-    )

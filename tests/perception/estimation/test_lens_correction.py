@@ -55,17 +55,6 @@ def test_a_wrong_focal_length_is_named_with_the_right_one() -> None:
     assert "k1" not in said
 
 
-def test_distortion_is_named_by_itself() -> None:
-    (said,) = lens_warnings(tour("block", 0)[:1], [LensError(1.0001, -0.1, 0.001, 0.002)])
-    assert "k1 of -0.100 ± 0.002" in said
-    assert "focal" not in said
-
-
-def test_an_uncertain_focal_length_is_reported_as_such() -> None:
-    (said,) = lens_warnings(tour("block", 0)[:1], [LensError(1.3, 0.0, 0.05, 0.1)])
-    assert "lengths are known no better" in said
-
-
 def test_of_two_cameras_the_wrong_one_is_named() -> None:
     views = tour("block", 0)[:6]
     mixed = [replace(v, camera=v.camera.zoomed(1.5)) if k > 3 else v for k, v in enumerate(views)]
@@ -75,7 +64,3 @@ def test_of_two_cameras_the_wrong_one_is_named() -> None:
     one, other = lens_warnings(mixed, [LONGER] * 4 + [replace(LONGER, focal=0.9)] * 2)
     assert f"of {views[0].name}, {views[1].name}, {views[2].name} and 1 more is" in one
     assert f"of {views[4].name}" in other
-
-
-def test_a_camera_without_unknowns_is_not_spoken_of() -> None:
-    assert lens_warnings(tour("block", 0)[:1], [LensError(1.0, 0.0, 0.0, 0.0)]) == ()

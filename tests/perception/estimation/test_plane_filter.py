@@ -11,10 +11,8 @@ from facetlog.perception.estimation.ekf import Linearised, State, recursion
 from facetlog.perception.estimation.plane_filter import (
     Chart,
     PlaneFailure,
-    best_chart,
     chart_from_plane,
     fit_plane,
-    plain_plane_recursion,
     plane_from_chart,
     with_common_errors,
 )
@@ -68,32 +66,6 @@ def test_covariance_is_honest_for_every_direction(middle):
     assert low < np.mean(fits) < high
 
 
-def test_one_fixed_chart_is_misled_by_steep_planes_and_the_best_is_not():
-    rng = np.random.default_rng(2)
-    normal = np.array([1.0, 0.02, 0.05])
-    normal /= np.linalg.norm(normal)
-    errors = []
-    for _ in range(40):
-        points, covs = _noisy(rng, _on_plane(rng, normal, 12, (3.0, 1.0, 2.0)))
-        *_, fixed = plain_plane_recursion(points, covs[0], State(np.zeros(3), 1e6 * np.eye(3)))
-        fit = fit_plane(points, covs)
-        assert fit.chart is Chart.X
-        found = (plane_from_chart(Chart.Z, fixed).normal, fit.plane.normal)
-        errors.append([np.linalg.norm(np.cross(n, normal)) for n in found])
-    fixed_rms, best_rms = np.sqrt((np.array(errors) ** 2).mean(axis=0))
-    assert best_rms < np.radians(1.5)
-    assert fixed_rms > 2 * best_rms
-
-
-@pytest.mark.parametrize("chart", list(Chart))
-def test_an_upright_plane_of_each_axis_is_found(chart):
-    rng = np.random.default_rng(3)
-    normal = np.eye(3)[chart]
-    fit = fit_plane(*_noisy(rng, _on_plane(rng, normal, 20, 4.0 * normal)))
-    assert fit.chart is chart
-    assert fit.plane.offset == pytest.approx(-4.0, abs=0.05)
-
-
 @pytest.mark.parametrize("chart", list(Chart))
 @given(seed=SEEDS)
 def test_chart_and_plane_convert_back_and_forth(chart, seed):
@@ -112,18 +84,16 @@ def test_chart_and_plane_convert_back_and_forth(chart, seed):
 
 @pytest.mark.parametrize(
     ("chart", "point"),
-    [(Chart.Z, (3, 5, -(2 * 3 + 7 * 5 + 11))), (Chart.X, (-(2 * 3 + 7 * 5 + 11), 3, 5))],
+    [
+        (Chart.Z, (3, 5, -(2 * 3 + 7 * 5 + 11))),
+        (Chart.X, (-(2 * 3 + 7 * 5 + 11), 3, 5)),
+        (Chart.Y, (5, -(2 * 3 + 7 * 5 + 11), 3)),
+    ],
 )
 def test_charts_are_those_of_figure_6(chart, point):
-    # a x + b y + z + p = 0 and x + a y + b z + p = 0, with (a, b, p) = (2, 7, 11)
+    # a x + b y + z + p = 0, x + a y + b z + p = 0 and b x + y + a z + p = 0, (a, b, p) = (2, 7, 11)
     plane = plane_from_chart(chart, State(np.array([2.0, 7.0, 11.0]), np.eye(3)))
     assert plane.distance(point) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_chart_y_of_figure_6():
-    # b x + y + a z + p = 0 at x = 3, z = 5
-    plane = plane_from_chart(Chart.Y, State(np.array([2.0, 7.0, 11.0]), np.eye(3)))
-    assert plane.distance((3, -(7 * 3 + 2 * 5 + 11), 5)) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_plane_parallel_to_the_axis_is_not_in_its_chart():
@@ -187,19 +157,6 @@ def test_fit_equals_the_recursion_and_filterpy():
     np.testing.assert_allclose(reference.P, found.cov, rtol=1e-3, atol=1e-8)
 
 
-def test_uncertain_points_weigh_less():
-    rng = np.random.default_rng(6)
-    points = _on_plane(rng, [0.0, 0.0, 1.0], 8)
-    points[0, 2] += 0.5
-    covs = np.tile(1e-6 * np.eye(3), (8, 1, 1))
-    covs[0] = np.eye(3)
-    fit = fit_plane(points, covs)
-    assert fit.plane.normal[2] > 1 - 1e-9
-    assert fit.probability > 0.01
-    covs[0] = covs[1]
-    assert fit_plane(points, covs).probability < 1e-6
-
-
 def test_exact_points_have_a_plane():
     rng = np.random.default_rng(7)
     points = _on_plane(rng, [1.0, 2.0, 3.0], 6, (100.0, 0.0, 0.0))
@@ -208,19 +165,13 @@ def test_exact_points_have_a_plane():
     assert fit.plane.cov.max() < 1e-10
 
 
-def test_three_points_leave_nothing_to_test():
-    fit = fit_plane(np.eye(3), np.tile(1e-4 * np.eye(3), (3, 1, 1)))
-    assert (fit.dof, fit.probability) == (0, 1.0)
-    assert fit.chi2 == pytest.approx(0.0, abs=1e-9)
-
-
 def test_two_points_are_too_few():
     failed = fit_plane(np.eye(3)[:2], np.tile(np.eye(3), (2, 1, 1)))
     assert not failed
     assert failed.reason is PlaneFailure.TOO_FEW
 
 
-@pytest.mark.parametrize("count", [3, 10, 200])
+@pytest.mark.parametrize("count", [3, 200])
 @pytest.mark.parametrize("sd", [0.0, 0.01])
 def test_points_on_a_line_give_no_plane(count, sd):
     rng = np.random.default_rng(count)
@@ -229,10 +180,6 @@ def test_points_on_a_line_give_no_plane(count, sd):
         line + sd * rng.normal(size=line.shape), np.tile(sd**2 * np.eye(3), (count, 1, 1))
     )
     assert failed.reason is PlaneFailure.COLLINEAR
-
-
-def test_one_point_many_times_gives_no_plane():
-    assert fit_plane(np.full((5, 3), 7.0), np.zeros((5, 3, 3))).reason is PlaneFailure.COLLINEAR
 
 
 def test_points_vaguer_than_their_spread_give_no_plane():
@@ -258,10 +205,6 @@ def test_errors_apart_at_each_point_leave_the_covariance_of_the_fit(middle):
     fit = fit_plane(points, [SD**2 * np.eye(3)] * len(points))
     plane = with_common_errors(fit.plane, points, SD**2 * np.eye(len(points)))
     np.testing.assert_allclose(plane.cov, fit.plane.cov, atol=1e-3 * fit.plane.cov[3, 3])
-
-
-def test_best_chart_keeps_slopes_at_most_one():
-    assert best_chart([0.1, -0.9, 0.3]) is Chart.Y
 
 
 def test_bad_arguments_are_refused():

@@ -1,24 +1,32 @@
-"""Points from views: the traps of a plain recursion, each shown and closed."""
+"""Points from views: accuracy, honesty, wrong matches, and views that determine no point."""
 
 import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2 as chi2_of
 
 from facetlog.errors import CalibrationError
-from facetlog.perception.estimation.ekf import State, largest_sd, run
+from facetlog.perception.estimation.ekf import largest_sd
 from facetlog.perception.estimation.point_filter import (
     PointFailure,
     estimate_point,
     estimate_points,
     pixel_measurement,
-    plain_recursion,
 )
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
-from tests.perception.rigs import PIXEL_SD, moved, observations, pictured, project, ring, rotation
+from tests.perception.rigs import (
+    INTRINSICS,
+    PIXEL_SD,
+    moved,
+    observations,
+    pictured,
+    project,
+    ring,
+    rotation,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -55,10 +63,8 @@ def _sd_off(a, b, cov):
     ("views", "arc", "wrong"),
     [
         (24, 2 * np.pi, 0.0),
-        (24, 2 * np.pi, 0.1),
         (24, 2 * np.pi, 0.3),
         (24, np.radians(6.0), 0.0),  # a quarter of a degree of parallax a view
-        (4, np.radians(40.0), 0.0),
         (2, np.radians(40.0), 0.0),
     ],
 )
@@ -75,55 +81,6 @@ def test_estimates_reach_the_bound_and_their_covariance_is_honest(views, arc, wr
     ratio = np.sqrt((((points - truth) ** 2).sum(axis=1) / bound).mean())
     # Lost views cost 1/sqrt(1 - wrong); the rest is chance.
     assert ratio < 1.15 / np.sqrt(1 - wrong)
-
-
-def test_plain_recursion_depends_on_the_origin_and_the_estimator_does_not():
-    rng = np.random.default_rng(3)
-    projections = ring(24)
-    truth, uv, cov, _ = pictured(rng, 1, projections)
-    shift = np.array([0.0, 0.0, -3.4])  # the origin comes to lie just before the first camera
-    spread = []
-    estimates = []
-    for where in (np.zeros(3), shift, 30 * shift):
-        there = moved(projections, np.eye(3), where, 1.0)
-        seen = observations(uv[0], cov[0])
-        *_, last = plain_recursion(seen, list(there), State(np.zeros(3), 1e8 * np.eye(3)))
-        spread.append(last.mean - where)
-        estimates.append(estimate_point(seen, list(there)))
-    sd = np.sqrt(np.diag(estimates[0].cov))
-    assert np.ptp(spread, axis=0).max() > 0.01 * sd.max()
-    found = np.array([e.point for e in estimates]) - [np.zeros(3), shift, 30 * shift]
-    assert np.ptp(found, axis=0).max() < 1e-4 * sd.min()
-    assert np.linalg.norm(found[0] - truth[0]) < 5 * sd.max()
-
-
-def test_explicit_recursion_from_zero_diverges_and_the_estimator_does_not():
-    # The textbook filter, x - h(a) = 0 from the origin: the origin lies behind some cameras.
-    rng = np.random.default_rng(5)
-    world = moved(ring(12), np.eye(3), np.array([10.0, -20.0, 4.0]), 1.0)
-    truth, uv, cov, _ = pictured(rng, 1, ring(12))
-    state = State(np.zeros(3), 1e8 * np.eye(3))
-    plain = run(state, [pixel_measurement(uv[0, v], world[v], cov[0, v]) for v in range(12)]).state
-    found = estimate_point(observations(uv[0], cov[0]), list(world))
-    true = truth[0] + [10.0, -20.0, 4.0]
-    assert _sd_off(plain.mean, true, plain.cov) > 10
-    assert _sd_off(found.point, true, found.cov) < 5
-
-
-@settings(max_examples=25)
-@given(SEEDS)
-def test_order_of_views_does_not_matter(seed):
-    rng = np.random.default_rng(seed)
-    projections = ring(12)
-    _, uv, cov, _ = pictured(rng, 1, projections, wrong=0.15)
-    order = rng.permutation(12)
-    seen = observations(uv[0], cov[0])
-    there = estimate_point(seen, list(projections))
-    back = estimate_point([seen[i] for i in order], list(projections))
-    assert sorted(order[list(back.used)]) == list(there.used)
-    # As exact as filterpy's inverse, after a start that is 1e3 distances wide.
-    assert _sd_off(there.point, back.point, there.cov) < 1e-2
-    np.testing.assert_allclose(there.cov, back.cov, rtol=1e-2, atol=1e-3 * there.cov.max())
 
 
 @settings(max_examples=25)
@@ -172,22 +129,6 @@ def test_many_at_once_equal_one_by_one_and_filterpy():
             )
         assert _sd_off(reference.x, points[i], covs[i]) < 1e-3
         np.testing.assert_allclose(reference.P, covs[i], rtol=1e-4, atol=1e-4 * covs[i].max())
-
-
-def test_wrong_matches_carry_the_plain_recursion_away_and_not_the_estimator():
-    rng = np.random.default_rng(11)
-    projections = ring(24)
-    truth, uv, cov, bad = pictured(rng, 30, projections, wrong=0.1)
-    lost = {"plain": 0, "robust": 0}
-    for i in np.flatnonzero(bad.any(axis=1)):
-        seen = observations(uv[i], cov[i])
-        *_, last = plain_recursion(seen, list(projections), State(np.zeros(3), 1e4 * np.eye(3)))
-        found = estimate_point(seen, list(projections))
-        lost["plain"] += _sd_off(last.mean, truth[i], last.cov) > 6
-        lost["robust"] += not found or _sd_off(found.point, truth[i], found.cov) > 6
-        assert set(np.flatnonzero(bad[i])) <= set(found.rejected)
-    assert lost["plain"] > 20
-    assert lost["robust"] == 0
 
 
 def test_limit_stops_the_recursion_and_says_how_many_views_it_took():
@@ -252,7 +193,7 @@ def test_rays_that_meet_behind_the_cameras_give_no_point():
     assert failed.reason is PointFailure.BEHIND
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_parallel_rays_give_no_point(seed):
     uv = np.array([50.0, 20.0]) + 0.3 * np.random.default_rng(seed).normal(size=(4, 2))
     failed = estimate_point(observations(uv, np.tile(np.eye(2), (4, 1, 1))), _side_by_side(1.0))
@@ -274,15 +215,6 @@ def test_views_from_one_place_have_no_parallax(place):
     assert failed.reason is PointFailure.NO_PARALLAX
 
 
-def test_sign_and_scale_of_a_projection_do_not_matter():
-    projections = ring(5)
-    _, uv, cov, _ = pictured(np.random.default_rng(2), 1, projections)
-    seen = observations(uv[0], cov[0])
-    factors = np.array([1.0, -2.0, 1e3, -1e-3, 5.0])[:, None, None]
-    one, other = estimate_point(seen, projections), estimate_point(seen, factors * projections)
-    np.testing.assert_allclose(one.point, other.point, atol=1e-6)
-
-
 def test_bad_arguments_are_refused():
     projections = ring(3)
     uv = project(projections, np.zeros((1, 3)))
@@ -300,21 +232,143 @@ def test_bad_arguments_are_refused():
         estimate_point(observations(uv[0], cov[0]), projections, sd_limit=-1.0)
 
 
-def test_no_points_are_no_points():
-    points, covs, used, ok = estimate_points(
-        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2)), np.zeros((0, 3), bool), ring(3)
-    )
-    assert (len(points), len(covs), len(used), len(ok)) == (0, 0, 0, 0)
+SEEDS = st.integers(0, 2**32 - 1)
 
 
-def test_a_point_of_which_no_two_views_agree_is_refused_beside_one_that_stands():
+def _square_sd_off(points, covs, truth):
+    error = points - truth
+    return np.einsum("ni,nij,nj->n", error, np.linalg.inv(covs), error)
+
+
+@pytest.mark.parametrize("arc_deg", [3.0, 360.0])
+def test_points_seen_from_a_narrow_arc_survive_two_wrong_matches_in_five(arc_deg):
+    count, views = 150, 24
+    projections = ring(views, np.radians(arc_deg))
+    truth, uv, cov, _ = pictured(np.random.default_rng(19), count, projections, wrong=0.4)
+    points, covs, _, ok = estimate_points(uv, cov, np.ones((count, views), bool), projections)
+    assert ok.mean() >= 0.95
+    square = _square_sd_off(points[ok], covs[ok], truth[ok])
+    assert square.max() < 36.0
+    assert 0.8 < square.mean() / 3 < 1.25
+
+
+@settings(max_examples=25)
+@given(SEEDS, st.sampled_from([3.0, 20.0, 360.0]), st.sampled_from([5, 9, 24]))
+def test_the_order_of_views_does_not_matter_among_wrong_matches(seed, arc_deg, views):
+    rng = np.random.default_rng(seed)
+    projections = ring(views, np.radians(arc_deg))
+    _, uv, cov, _ = pictured(rng, 4, projections, wrong=0.4)
+    everywhere = np.ones((4, views), bool)
+    order = rng.permutation(views)
+    points, covs, used, ok = estimate_points(uv, cov, everywhere, projections)
+    other, _, theirs, also = estimate_points(uv[:, order], cov, everywhere, projections[order])
+    np.testing.assert_array_equal(ok, also)
+    np.testing.assert_array_equal(used[:, order], theirs)
+    assert (_square_sd_off(other[ok], covs[ok], points[ok]) < 1e-3**2).all()
+
+
+@pytest.mark.parametrize("turn", [0, 3])
+def test_two_points_of_equal_likelihood_are_none_whatever_the_order(turn):
     projections = ring(6)
-    truth, uv, cov, _ = pictured(np.random.default_rng(17), 2, projections)
-    uv[1, ::2, 1] += 150.0
-    uv[1, 1::2, 1] -= 90.0 * np.arange(1, 4)
-    alone = estimate_point(observations(uv[1], cov[1]), projections)
-    assert alone.reason is PointFailure.INCONSISTENT
-    points, _, used, ok = estimate_points(uv, cov, np.ones((2, 6), bool), projections)
-    assert ok.tolist() == [True, False]
-    assert not used[1].any()
-    assert np.linalg.norm(points[0] - truth[0]) < 0.05
+    truths = np.array([[0.1, 0.0, 0.0], [-0.1, 0.1, 0.2]])
+    both = project(projections, truths)
+    uv = np.where(np.arange(6)[:, None] % 2 == 0, both[0], both[1])
+    order = np.roll(np.arange(6), turn)
+    seen = observations(uv[order], np.tile(PIXEL_SD**2 * np.eye(2), (6, 1, 1)))
+    failed = estimate_point(seen, list(projections[order]))
+    assert failed.reason is PointFailure.INCONSISTENT
+
+
+def test_the_likelier_of_two_points_wins():
+    projections = ring(8)
+    truths = np.array([[0.1, 0.0, 0.0], [-0.1, 0.1, 0.2]])
+    both = project(projections, truths)
+    uv = np.where(np.isin(np.arange(8), [1, 4, 6])[:, None], both[1], both[0])
+    found = estimate_point(
+        observations(uv, np.tile(PIXEL_SD**2 * np.eye(2), (8, 1, 1))), list(projections)
+    )
+    np.testing.assert_allclose(found.point, truths[0], atol=1e-6)
+    assert found.rejected == (1, 4, 6)
+
+
+def test_points_are_kept_where_the_noise_is_three_times_the_stated_one():
+    projections = ring(24)
+    rng = np.random.default_rng(31)
+    truth, uv, cov, _ = pictured(rng, 100, projections, wrong=0.2, sd=3 * PIXEL_SD)
+    points, _, _, ok = estimate_points(uv, cov / 9, np.ones((100, 24), bool), projections)
+    assert ok.mean() >= 0.95
+    assert np.sqrt(((points - truth)[ok] ** 2).sum(axis=1).mean()) < 0.01
+
+
+def _camera(centre, to):
+    z = np.subtract(to, centre) / np.linalg.norm(np.subtract(to, centre))
+    x = np.cross(z, [0.0, 0.0, 1.0] if abs(z[2]) < 0.9 else [1.0, 0.0, 0.0])
+    x /= np.linalg.norm(x)
+    R = np.array([x, np.cross(z, x), z])
+    return INTRINSICS @ np.column_stack([R, -R @ np.asarray(centre, dtype=np.float64)])
+
+
+def _pixels(projections, point):
+    """Where the point appears, also behind a camera; at a pinhole, and beside it, somewhere."""
+    h = projections[:, :, :3] @ point + projections[:, :, 3]
+    depth = np.where(np.abs(h[:, 2:]) < 1e-9, 1e-9, h[:, 2:])
+    return np.clip(h[:, :2] / depth, -1e5, 1e5)
+
+
+PLACES = st.tuples(*[st.integers(-3, 3)] * 3)
+
+
+@settings(max_examples=40)
+@given(
+    st.lists(PLACES, min_size=2, max_size=7),
+    PLACES,
+    st.sampled_from(["round", "one place", "one line", "through the point"]),
+    st.sampled_from([0.0, 0.5]),
+    SEEDS,
+)
+@example([(0, 0, -1), (0, 1, 2)], (0, 0, 3), "round", 0.0, 0)  # the gain is lost in rounding
+@example(
+    [(3, 1, -2), (3, 0, 0), (0, 0, 0), (-3, 0, 0), (2, 0, 0)],
+    (-1, -1, 1),
+    "through the point",
+    0.0,
+    2014,
+)  # there is none
+def test_whatever_the_views_a_point_is_estimated_or_refused_with_its_reason(
+    places, point, kind, sd, seed
+):
+    # On a coarse grid cameras coincide, look along one line, sit in the point or beside it.
+    centres = np.array(places, dtype=np.float64)
+    point = np.array(point, dtype=np.float64)
+    if kind == "one place":
+        centres[:] = centres[0]
+    elif kind == "one line":
+        centres[:, 1:] = centres[0, 1:]
+    elif kind == "through the point":
+        centres = point + centres[:, :1] * (centres[0] - point)
+    rng = np.random.default_rng(seed)
+    aims = centres + rng.integers(-1, 2, centres.shape) + np.array([0.0, 0.0, 0.1])
+    projections = np.array([_camera(c, a) for c, a in zip(centres, aims, strict=True)])
+    uv = _pixels(projections, point) + sd * rng.normal(size=(len(places), 2))
+    cov = np.tile(PIXEL_SD**2 * np.eye(2), (len(places), 1, 1))
+    alone = estimate_point(observations(uv, cov), list(projections))
+    assert alone or alone.reason in PointFailure
+    if kind in ("one place", "through the point"):
+        assert not alone or not (projections[:, 2, :3] @ point + projections[:, 2, 3] > 1e-6).all()
+    # Nor does it harm a sound point beside it.
+    good = ring(len(places), np.radians(200.0))
+    shared = np.concatenate([projections, good])
+    seen = np.zeros((2, len(shared)), bool)
+    seen[0, : len(places)] = seen[1, len(places) :] = True
+    pixels = np.concatenate([uv, project(good, np.zeros((1, 3)))[0]])
+    points, covs, used, ok = estimate_points(
+        np.tile(pixels, (2, 1, 1)),
+        np.tile(PIXEL_SD**2 * np.eye(2), (*seen.shape, 1, 1)),
+        seen,
+        shared,
+    )
+    assert ok[1]
+    np.testing.assert_allclose(points[1], 0.0, atol=1e-6)
+    assert np.isfinite(points[ok]).all()
+    assert (np.linalg.eigvalsh(covs[ok]) > 0).all()
+    assert not used[~ok].any()

@@ -1,7 +1,6 @@
 """Points view by view: as good as all views at once, whatever the order, and gated."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -92,14 +91,3 @@ def test_views_without_parallax_leave_a_point_unknown():
     filters = _after_all(uv, cov, projections, range(5))
     assert not filters.known.any()
     assert np.isnan(filters.points).all()
-
-
-def test_a_point_that_no_view_shows_stays_unknown_and_unseen_views_change_nothing():
-    rng = np.random.default_rng(7)
-    projections = ring(6)
-    _, uv, cov, _ = pictured(rng, 2, projections)
-    filters = PointFilters(2)
-    for v in range(6):
-        filters.add(projections[v], uv[:, v], cov[:, v], [True, False])
-    assert filters.known.tolist() == [True, False]
-    assert filters.views[0] == pytest.approx(6)

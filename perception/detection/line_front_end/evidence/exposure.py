@@ -19,8 +19,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["exposures"]
-
 SAMPLES = 6
 # Medians of rows and columns in turn settle quickly.
 STEPS = 10
@@ -30,7 +28,7 @@ BETTER = 1.5
 
 
 def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:
-    """The factor (V,) by which each view is brighter than usual.
+    """Return the factor (V,) by which each view is brighter than usual.
 
     `use` (n, V) says which view shows which of the 3-D segments (n, 2, 3). Medians over places
     beside them and over views in turn (Tukey's median polish): at a border one side of a segment is

@@ -1,4 +1,4 @@
-"""Which faces contradict each other (they overlap in one plane, or one occludes what is seen), and
+"""Faces that contradict each other (they overlap in one plane, or one occludes what is seen), and
 which touch."""
 
 from collections.abc import Sequence
@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.planes.parallel import PARALLE
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.polygons import find_intersection, find_union, make_polygon
 from facetlog.perception.types import FloatArray
-
-__all__ = ["MAX_BLOCKED", "alike", "back_to_back", "blocked", "lies_within", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -29,7 +27,7 @@ def overlap(
     other_normal: FloatArray,
     near: float,
 ) -> bool:
-    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
+    """Return whether a polygon (k, 3) covers part of another (l, 3) of nearly the same plane."""
     if abs(normal @ other_normal) < PARALLEL_COSINE:
         return False
     apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
@@ -46,7 +44,7 @@ def back_to_back(
     other_normal: FloatArray,
     known: float,
 ) -> bool:
-    """Whether two polygons (k, 3), (l, 3) of one plane may be the sides of a board.
+    """Return whether two polygons (k, 3), (l, 3) of one plane may be the sides of a board.
 
     They face away from each other, and neither lies before the other; planes are `known` so well.
     """
@@ -55,7 +53,7 @@ def back_to_back(
 
 
 def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
-    """Whether two polygons (k, 3) of one plane cover nearly the same of it."""
+    """Return whether two polygons (k, 3) of one plane cover nearly the same of it."""
     a, b = _in_plane(one, normal), _in_plane(other, normal)
     return bool(find_intersection(a, b).area > ALIKE * find_union([a, b]).area)
 
@@ -68,7 +66,8 @@ def blocked(
     margin: float = 0.0,
     holes: Sequence[FloatArray] = (),
 ) -> NDArray[np.bool_]:
-    """Which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3) blocks.
+    """Return which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3)
+    blocks.
 
     Not blocked are lines that pass within `margin` of its outline, end within `margin` of its
     plane, or go through one of its `holes` (m, 3).
@@ -86,8 +85,9 @@ def blocked(
 
 
 def touch(one: FloatArray, other: FloatArray, near: float) -> bool:
-    """Whether a corner of one of two polygons (k, 3), (l, 3) lies nearer than that to the other's
-    sides."""
+    """Return whether a corner of one of two polygons (k, 3), (l, 3) lies nearer than that to the
+    other's sides.
+    """
     return bool(min(_from_sides(one, other), _from_sides(other, one)) < near)
 
 
@@ -103,7 +103,7 @@ def _from_sides(points: FloatArray, corners: FloatArray) -> float:
 def lies_within(
     rings: Sequence[FloatArray], normal: FloatArray, points: FloatArray
 ) -> NDArray[np.bool_]:
-    """Which points (n, 3) of a plane lie within one of its polygons (k, 3)."""
+    """Return which points (n, 3) of a plane lie within one of its polygons (k, 3)."""
     within = np.zeros(len(points), dtype=np.bool_)
     for ring in rings:
         within |= _well_within(ring, normal, points, 0.0)

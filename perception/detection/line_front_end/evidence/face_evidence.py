@@ -34,8 +34,6 @@ from facetlog.perception.polygons import make_polygon
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Clear", "FaceEvidence", "FaceJudge", "Joins", "inner_points"]
-
 Joins: TypeAlias = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
 """Which points (..., 3) of an outline of that normal (3,) lie on sides of found faces, too."""
 Clear: TypeAlias = Callable[[FloatArray], NDArray[np.bool_]]
@@ -108,7 +106,7 @@ class FaceJudge:
         least: float = -np.inf,
         joins: Joins | None = None,
     ) -> FaceEvidence | None:
-        """Evidence for a polygon (k, 3) seen from the side that its normal points to.
+        """Return the evidence for a polygon (k, 3) seen from the side that its normal points to.
 
         None where too few views face it, its inside contradicts it, too little of its sides is
         covered, or their score cannot exceed `least`. `taken` as in `RegionFinder.outlines`;
@@ -134,13 +132,14 @@ class FaceJudge:
     def agrees_inside(
         self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> bool:
-        """Whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
+        """Return whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
         return self._inside(corners, normal, taken) is not None
 
     def clear_inside(
         self, corners: FloatArray, normal: FloatArray, clear: Clear
     ) -> FaceEvidence | None:
-        """Evidence for the inside of a polygon (k, 3) alone, where sight of it is `clear`.
+        """Return the evidence for the inside of a polygon (k, 3) alone, where sight of it is
+        `clear`.
 
         None where that contradicts it; nothing is said of its sides.
         """
@@ -187,7 +186,8 @@ class FaceJudge:
         evidence: FaceEvidence,
         taken: Sequence[NDArray[np.uint8]],
     ) -> bool:
-        """Whether the pixels that show a face (k, 3) are better explained by the ground behind it.
+        """Return whether the pixels that show a face (k, 3) are better explained by the ground
+        behind it.
 
         The face's own `evidence` and `taken` as in `judge`.
         """
@@ -260,7 +260,9 @@ class FaceJudge:
 
 
 def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
-    """About INNER_POINTS points (n, 3) spread evenly over the inside of a flat polygon (k, 3)."""
+    """Return about INNER_POINTS points (n, 3) spread evenly over the inside of a flat polygon (k,
+    3).
+    """
     # Along the longest side: independent of the world frame.
     along = np.roll(corners, -1, axis=0) - corners
     length = np.linalg.norm(along, axis=1)

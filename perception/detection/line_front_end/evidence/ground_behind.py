@@ -1,4 +1,4 @@
-"""How well the ground explains the pixels that are taken for a face before it."""
+"""Likelihood that the ground explains the pixels taken for a face before it."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ground_ratio"]
-
 
 def ground_ratio(
     photos: PhotometricViews,
@@ -23,7 +21,8 @@ def ground_ratio(
     shown: NDArray[np.bool_],
     taken: Sequence[NDArray[np.uint8]],
 ) -> FloatArray:
-    """Log-likelihood ratio (n,) that the views `shown` (V,) see the ground at points (n, 3).
+    """Return the log-likelihood ratio (n,) that the views `shown` (V,) see the ground at points (n,
+    3).
 
     The points lie on a supposed face (k, 3). A pattern of the ground repeats itself: some views see
     one tile where others see the next; and one sees through between legs. So each view's pixels are

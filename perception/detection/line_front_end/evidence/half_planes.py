@@ -12,8 +12,6 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CLEAR_PX", "MIN_CONSISTENT", "MIN_INSIDE", "MIN_WEIGHT", "surface_beside"]
-
 # This far beside a side, px, its own edge ends.
 CLEAR_PX = 5.0
 # A surface has at least this mean log-likelihood ratio, and this share of it is consistent.
@@ -25,7 +23,8 @@ MIN_WEIGHT = 2.0
 def surface_beside(
     photos: PhotometricViews, normal: FloatArray, segments: FloatArray, pixel: float
 ) -> NDArray[np.bool_]:
-    """Whether a plane is surface right beside its segments (n, 2, 3), on either side: (2, n).
+    """Return whether a plane is surface right beside its segments (n, 2, 3), on either side: (2,
+    n).
 
     First as seen from its front, then from its back; `pixel` is the length of a pixel there.
     """

@@ -1,4 +1,4 @@
-"""Where a side of an outline is a side of a face that was found, too.
+"""Sides of an outline that are also sides of a face found before.
 
 Two faces that meet show an edge between them only where their shades differ, which those of a
 thing of one colour in the shade often do not. A missing edge says nothing there; anywhere else a
@@ -14,14 +14,12 @@ from facetlog.perception.detection.line_front_end.planes.outlined_face import Ou
 from facetlog.perception.flat_faces import ring_sides
 from facetlog.perception.types import FloatArray
 
-__all__ = ["joined_sides", "on_segments"]
-
 # What meets at a smaller angle is one surface, and the two sides of a board have no side in common.
 LEAST_TURN_COSINE = float(np.cos(np.radians(30.0)))
 
 
 def joined_sides(normal: FloatArray, faces: Iterable[OutlinedFace]) -> FloatArray:
-    """The sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
+    """Return the sides (n, 2, 3) of the faces that a plane of that normal (3,) may meet."""
     sides = [
         ring_sides(face.corners) for face in faces if abs(normal @ face.normal) < LEAST_TURN_COSINE
     ]
@@ -29,7 +27,7 @@ def joined_sides(normal: FloatArray, faces: Iterable[OutlinedFace]) -> FloatArra
 
 
 def on_segments(points: FloatArray, segments: FloatArray, near: float) -> NDArray[np.bool_]:
-    """Which points (..., 3) are nearer than that to one of the segments (n, 2, 3).
+    """Return which points (..., 3) are nearer than that to one of the segments (n, 2, 3).
 
     >>> level = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
     >>> on_segments(np.array([[1.0, 0.1, 0.0], [3.0, 0.0, 0.0]]), level, 0.5)

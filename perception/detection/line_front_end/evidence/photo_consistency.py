@@ -14,20 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.gradients import GRADIENT_SIGMA, Gradient
+from facetlog.perception.detection.coarse_pictures import GRADIENT_SIGMA, Gradient
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image, View
-
-__all__ = [
-    "AGREES_SDS",
-    "FREE_LEVEL",
-    "LIGHT_SHARE",
-    "Agreement",
-    "GreyLevels",
-    "Levels",
-    "agreement",
-    "known_surface_ratio",
-]
 
 # Probability that a view does not see the surface though it faces it: it is occluded.
 HIDDEN = 0.3
@@ -63,7 +52,7 @@ class Levels:
     chance: NDArray[np.float32]
 
     def where(self, clear: NDArray[np.bool_]) -> "Levels":
-        """The levels of those points (V, ...) only that are clear."""
+        """Return the levels of those points (V, ...) only that are clear."""
         level = np.where(clear, self.level, np.float32(np.nan))
         return Levels(level, self.sd, self.chance)
 
@@ -107,7 +96,7 @@ class GreyLevels:
     def read(
         self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
     ) -> Levels:
-        """Levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
+        """Return levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
         by_view = (-1, *[1] * (seen.ndim - 1))
         column, row = np.where(seen, np.rint(uv), 0).astype(np.int32)
         at = row * self._widths[views].reshape(by_view) + column
@@ -128,8 +117,8 @@ class GreyLevels:
     def warped(
         self, view: int, pixels: FloatArray, shape: tuple[int, int]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Levels and standard deviations of a plane's points, each of `shape`, as a view has them;
-        a level is NaN where the view does not see the point.
+        """Return levels and standard deviations of a plane's points, each of `shape`, as a view has
+        them; a level is NaN where the view does not see the point.
 
         `pixels` (3, 3) takes (column, row, 1) of a point to its homogeneous pixel, its last entry
         the depth up to a positive factor.
@@ -158,7 +147,8 @@ def _plane_seen(matrix: FloatArray, shape: tuple[int, int]) -> NDArray[np.bool_]
 
 
 def agreement(levels: Levels, weight: FloatArray) -> Agreement:
-    """The joint evidence of levels (V, ...), each view by its weight (V,) beside similar views.
+    """Return the joint evidence of levels (V, ...), each view by its weight (V,) beside similar
+    views.
 
     With h = HIDDEN, the ratio is the maximum over the surface's own level m of
     Σ weight · log(h + (1 - h) · N(level; m, sd²) / chance), less FREE_LEVEL: an occluded view, an
@@ -198,8 +188,8 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
 
 
 def known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatArray:
-    """Log-likelihood ratio (V, ...) of levels (V, ...) of a surface of known level (...) against
-    chance; 0 where a view does not see the point.
+    """Return the log-likelihood ratio (V, ...) of levels (V, ...) of a surface of known level (...)
+    against chance; 0 where a view does not see the point.
     """
     off = (levels.level - surface) / levels.sd
     density = np.exp(-0.5 * off**2) / (np.sqrt(2 * np.pi) * levels.sd)

@@ -16,8 +16,6 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_FACING_SINE", "PhotometricViews"]
-
 # A view counts when it looks at a plane by more than this sine.
 MIN_FACING_SINE = 0.15
 # A view reads no level nearer to the picture's border than this, px.
@@ -36,7 +34,9 @@ class PhotometricViews:
         self.levels = levels
 
     def facing(self, middle: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
-        """The views (v,) in front of a plane through a point (3,) that do not see it edge-on."""
+        """Return the views (v,) in front of a plane through a point (3,) that do not see it edge-
+        on.
+        """
         rays = self.centres - middle
         before = rays @ normal > MIN_FACING_SINE * np.linalg.norm(rays, axis=1)
         return np.nonzero(before)[0]
@@ -48,7 +48,8 @@ class PhotometricViews:
         taken: Sequence[NDArray[np.uint8]] | None = None,
         clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Agreement, NDArray[np.bool_]]:
-        """How far the chosen views (v,) are consistent at points (n, 3), and which they see (v, n).
+        """Return how far the chosen views (v,) are consistent at points (n, 3), and which they see
+        (v, n).
 
         A view does not see what is outside its picture, falls on its `taken` pixels (V pictures
         of 0 and 1), which show something else, or is not `clear` (v, n) of other things.
@@ -61,7 +62,8 @@ class PhotometricViews:
     def agree_evened(
         self, views: NDArray[np.intp], points: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> Agreement:
-        """`agree` if each view showed the points (n, 3) as bright in the median as all views do.
+        """Return `agree` as if each view showed the points (n, 3) as bright in the median as all
+        do.
 
         Gloss adds about the same level everywhere on a smooth surface.
         """
@@ -79,7 +81,7 @@ class PhotometricViews:
         taken: Sequence[NDArray[np.uint8]],
         clear: NDArray[np.bool_],
     ) -> tuple[Agreement, Agreement]:
-        """`agree` of the views whose sight of the points is clear, and of all of them."""
+        """Return `agree` of the views whose sight of the points is clear, and of all of them."""
         levels, _ = self._read(views, points, taken)
         weight = self.weight[views]
         return agreement(levels.where(clear), weight), agreement(levels, weight)
@@ -87,7 +89,9 @@ class PhotometricViews:
     def known_surface(
         self, view: int, points: FloatArray, surface: NDArray[np.float32]
     ) -> FloatArray:
-        """Log-likelihood ratio (n,) that a view shows a surface of that level at points (n, 3)."""
+        """Return the log-likelihood ratio (n,) that a view shows a surface of that level at points
+        (n, 3).
+        """
         levels, _ = self._read(np.array([view]), points)
         ratio: FloatArray = known_surface_ratio(levels, surface)[0]
         return ratio

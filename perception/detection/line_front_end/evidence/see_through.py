@@ -17,8 +17,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.ragged import row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_SCORE", "LinesBehind"]
-
 # A line counts as behind a plane by so many px at least, and so many standard deviations of its
 # depth: for lines along the cameras' motion depth is uncertain, and pose errors put texture far
 # behind its own face.
@@ -55,7 +53,7 @@ class LinesBehind:
     def of(
         cls, cloud: LineCloud, extents: FloatArray, photos: PhotometricViews, sides: SideJudge
     ) -> "LinesBehind":
-        """The lines of a cloud, of which the pictures cover the `extents` (n, 2, 3)."""
+        """Return the lines of a cloud, of which the pictures cover the `extents` (n, 2, 3)."""
         return cls(photos, sides, extents, cloud.end_covs.mean(axis=1), cloud.pixel)
 
     def seen_through(
@@ -65,7 +63,7 @@ class LinesBehind:
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> bool:
-        """Whether the chosen views (v,) see lines through a polygon (k, 3)."""
+        """Return whether the chosen views (v,) see lines through a polygon (k, 3)."""
         return self.score(corners, normal, views, holes) > LEAST_SCORE
 
     def score(
@@ -75,7 +73,7 @@ class LinesBehind:
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> float:
-        """Summed evidence that the chosen views (v,) see lines through a polygon (k, 3).
+        """Return the summed evidence that the chosen views (v,) see lines through a polygon (k, 3).
 
         Each line counts by its log-likelihood ratio less its penalty, and by no less than 0: a
         hidden line shows that there is surface in front of it, and nothing about where another one
@@ -134,7 +132,8 @@ class LinesBehind:
 
 
 def _in_pieces(segments: FloatArray, longest: float) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Segments (n, 2, 3) in equal pieces (p, 2, 3), none longer, and of which segment each is (p,).
+    """Return segments (n, 2, 3) in equal pieces (p, 2, 3), none longer, and of which segment each
+    is (p,).
 
     A sample stands for as much of its segment as lies between two: of a long one for more than may
     be seen through an outline.

@@ -21,8 +21,6 @@ from facetlog.perception.flat_faces import crossing
 from facetlog.perception.stable_order import ascending, at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["BESIDE_PX", "INDEPENDENT_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]
-
 SAMPLES = 12
 # Samples nearer together than this, px, hit or miss together: an edge is dilated by 2 px.
 INDEPENDENT_PX = 8.0
@@ -67,13 +65,15 @@ class SideJudge:
 
     @property
     def edges_abreast(self) -> float:
-        """How many parallel edges a picture could show as distinct, at most."""
+        """Largest number of parallel edges that a picture could show as distinct."""
         sizes = np.linalg.norm(self._sizes.reshape(-1, 2), axis=1)
         reach = np.array([edges.reach_px for edges in self._maps])
         return float((sizes / (2.0 * reach + 1.0)).max(initial=1.0))
 
     def score(self, segments: FloatArray) -> FloatArray:
-        """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
+        """Return the log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in
+        favour.
+        """
         ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
         score: FloatArray = self._weight @ np.maximum(ratio, 0.0)
         return score
@@ -85,7 +85,7 @@ class SideJudge:
         bare: NDArray[np.bool_] | None = None,
         joined: NDArray[np.bool_] | None = None,
     ) -> SideEvidence:
-        """The evidence of the chosen views (v,) for sides (k, 2, 3).
+        """Return the evidence of the chosen views (v,) for sides (k, 2, 3).
 
         `bare` (v, k, SAMPLES) are the samples that are not occluded, all of them if it is None.
         Where a side is `joined` (k, SAMPLES) to a known face, surfaces of one shade may meet: there
@@ -107,7 +107,8 @@ class SideJudge:
     def apart(
         self, views: NDArray[np.intp], sides: FloatArray, others: FloatArray
     ) -> NDArray[np.bool_]:
-        """Samples (v, k, SAMPLES) of sides (k, 2, 3) that views (v,) see apart from other sides.
+        """Return samples (v, k, SAMPLES) of sides (k, 2, 3) that views (v,) see apart from other
+        sides.
 
         Such a sample is too far from the line of the other side (k, 2, 3) for one edge to be both;
         there is none where that side is not wholly in front of the camera.
@@ -129,7 +130,7 @@ class SideJudge:
     def onto_edges(
         self, views: NDArray[np.intp], corners: FloatArray, normal: FloatArray, pixel: float
     ) -> FloatArray:
-        """A polygon (k, 3) with each side where most edges of the chosen views (v,) run.
+        """Return a polygon (k, 3) with each side where most edges of the chosen views (v,) run.
 
         It stays as it is where its sides then cross one another.
         """

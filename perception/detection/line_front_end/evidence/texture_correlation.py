@@ -22,8 +22,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_CORRELATION", "PIECE_PX", "surface_between", "texture_correlation"]
-
 # A piece has SAMPLES x SAMPLES samples this far apart, px at the object: as patches of features,
 # large enough to be distinctive and small enough to lie on one surface.
 SAMPLES, STEP_PX = 8, 2.5
@@ -42,7 +40,8 @@ def texture_correlation(
     normal: FloatArray,
     pixel: float,
 ) -> FloatArray:
-    """Mean correlation (n,) of what two of the views `which` (v,) show round points of a plane.
+    """Return the mean correlation (n,) of what two of the views `which` (v,) show round points of a
+    plane.
 
     0 where fewer than FEWEST_VIEWS see all of the piece round a point (n, 3); `pixel` is a
     pixel's length.
@@ -80,7 +79,8 @@ def surface_between(
     normal: FloatArray,
     points: FloatArray,
 ) -> NDArray[np.bool_]:
-    """Whether a plane is surface between each of its points (n, 3) and the next ones: (2, n).
+    """Return whether a plane is surface between each of its points (n, 3) and the next ones: (2,
+    n).
 
     By grey levels or by texture, first as seen from its front, then from its back. The corners of
     a frame lie on a plane, too, but there is air between them.

@@ -16,8 +16,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Outline", "find_outlines"]
-
 # Lines of a plane that take part, best first; more sides allow fewer lines (all subsets are tried).
 MAX_LINES = {3: 14, 4: 14, 5: 9, 6: 8}
 # Least coverage of any side: what other things hide of a true one is rarely more than a third.
@@ -51,7 +49,7 @@ class Outline:
 def find_outlines(
     plane: PlaneHypothesis, cloud: LineCloud, profiles: LineProfiles
 ) -> tuple[Outline, ...]:
-    """The best outlines on a plane, by score."""
+    """Return the best outlines on a plane, by score."""
     segments, end_covs, support, pixel = (
         cloud.segments,
         cloud.end_covs,

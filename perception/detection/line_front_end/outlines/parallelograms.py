@@ -12,8 +12,6 @@ from facetlog.perception.flat_faces import crossing
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["parallelograms"]
-
 # Segments of a plane that take part, the longest first, and parallelograms of a plane.
 MAX_SEGMENTS, KEEP = 14, 12
 # Two sides meet where their lines cross not farther beyond an end, or before it, than so many px
@@ -26,7 +24,8 @@ MIN_SIDE_PX = 10.0
 def parallelograms(
     segments: FloatArray, plane: PlaneHypothesis, pixel: float
 ) -> tuple[FloatArray, ...]:
-    """Parallelograms (4, 3) of a plane with two of their sides on segments (n, 2, 3) that meet.
+    """Return parallelograms (4, 3) of a plane with two of their sides on segments (n, 2, 3) that
+    meet.
 
     From the corner the sides reach to their segments' ends; the segments lie near the plane,
     `pixel` is a pixel's length there. Those come first whose sides the segments leave out least.

@@ -10,17 +10,6 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "COARSE_PX",
-    "CROSS",
-    "FINE_PX",
-    "MAX_CELLS",
-    "MIN_COARSE",
-    "MIN_FINE",
-    "PlaneGrid",
-    "connected_regions",
-]
-
 # Sides of a cell, px, when a plane is looked over and when its regions are outlined; of a large
 # plane not more cells than this along a side.
 COARSE_PX, FINE_PX = 8.0, 2.0
@@ -53,14 +42,14 @@ class PlaneGrid:
         high: FloatArray,
         step: float,
     ) -> "PlaneGrid":
-        """Cells of a side of `step` from `low` (2,) to `high` or a little beyond."""
+        """Return cells of a side of `step` from `low` (2,) to `high` or a little beyond."""
         columns, rows = np.maximum(np.ceil((high - low) / step), 1).astype(int)
         return cls(plane.normal * plane.distance, basis, low, step, (int(rows), int(columns)))
 
     def pixels(
         self, projections: FloatArray, sizes: NDArray[np.intp]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Pixels (2, v, rows, columns) of the cells in views, and which are in the picture.
+        """Return pixels (2, v, rows, columns) of the cells in views, and which are in the picture.
 
         `projections` (v, 3, 4) and `sizes` (v, 2), width and height, are those of the views.
         """
@@ -80,18 +69,19 @@ class PlaneGrid:
         return uv, inside
 
     def cells(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the plane in cells (x, y), the first cell's middle at 0."""
+        """Return points (..., 3) of the plane in cells (x, y), the first cell's middle at 0."""
         cells: FloatArray = ((points - self.origin) @ self.basis - self.low) / self.step - 0.5
         return cells
 
     def points(self, cells: FloatArray) -> FloatArray:
-        """The inverse, for `border`'s coordinates: cell middles at ½."""
+        """Return the inverse, for `border`'s coordinates: cell middles at ½."""
         points: FloatArray = self.origin + (self.low + cells * self.step) @ self.basis.T
         return points
 
 
 def connected_regions(cells: NDArray[np.uint8], least: int) -> Iterator[NDArray[np.uint8]]:
-    """Connected regions of so many cells and more, each a mask of 0 and 1, the largest first.
+    """Return connected regions of so many cells and more, each a mask of 0 and 1, the largest
+    first.
 
     Of fine cells, where MIN_COARSE are too few, thin bridges are left out.
     """

@@ -34,8 +34,6 @@ from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["ON_PLANE_PX", "RegionFinder"]
-
 # More views than this, evenly from those that face the plane, outline a region no better; all of
 # them judge it.
 MAX_VIEWS = 24
@@ -84,7 +82,7 @@ class RegionFinder:
         side: float,
         taken: Sequence[NDArray[np.uint8]],
     ) -> Iterator[tuple[FloatArray, bool]]:
-        """Corners (k, 3) of polygons that may be faces seen from one side (±1) of the plane.
+        """Return corners (k, 3) of polygons that may be faces seen from one side (±1) of the plane.
 
         They run counter-clockwise seen from there. True comes with a rough one, whose sides are
         only near the face's. The plane is searched round the segments of `span` (n, 2, 3). `taken`

@@ -14,14 +14,6 @@ from facetlog.perception.polygons import find_symmetric_difference, make_polygon
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "border",
-    "outline_polygon",
-    "rough_polygons",
-    "without_short_sides",
-    "without_straight_corners",
-]
-
 # The border runs along a line where it is this near, in cells, and this parallel.
 NEAR_CELLS = 2.2
 PARALLEL_COSINE = 0.8
@@ -47,7 +39,7 @@ class _Side:
 
 
 def border(region: NDArray[np.uint8]) -> FloatArray:
-    """The outer border (m, 2) of a region of cells, counter-clockwise, in cells (x, y)."""
+    """Return the outer border (m, 2) of a region of cells, counter-clockwise, in cells (x, y)."""
     twice = cv2.resize(region, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
     contours, _ = cv2.findContours(
         np.asarray(twice, dtype=np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
@@ -57,7 +49,8 @@ def border(region: NDArray[np.uint8]) -> FloatArray:
 
 
 def outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
-    """Corners (k, 2) of a polygon round a border (m, 2), counter-clockwise; None if there is none.
+    """Return corners (k, 2) of a polygon round a border (m, 2), counter-clockwise; None if there is
+    none.
 
     `lines` (n, 2, 2) are what the sides may run on; all in cells. Where they lead away from the
     border, as chords of a curve do, the border itself is simplified.
@@ -76,7 +69,7 @@ def outline_polygon(ring: FloatArray, lines: FloatArray) -> FloatArray | None:
 
 
 def rough_polygons(ring: FloatArray, most: int) -> Iterator[FloatArray]:
-    """Polygons (k, 2) of ever fewer sides round a border (m, 2), less than `most` of them.
+    """Return polygons (k, 2) of ever fewer sides round a border (m, 2), less than `most` of them.
 
     Light and noise fray the border of a region whose true sides are straight.
     """
@@ -88,7 +81,7 @@ def rough_polygons(ring: FloatArray, most: int) -> Iterator[FloatArray]:
 
 
 def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
-    """A polygon (k, 2) whose sides shorter than `least` became corners, the shortest first.
+    """Return a polygon (k, 2) whose sides shorter than `least` became corners, the shortest first.
 
     The sides beside it go on to where they cross, if that is near; else the corner is midway.
     """
@@ -108,7 +101,7 @@ def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
 
 
 def without_straight_corners(corners: FloatArray, least: float) -> FloatArray:
-    """A polygon (k, 2) without the corners nearer than `least` to the line past them."""
+    """Return a polygon (k, 2) without the corners nearer than `least` to the line past them."""
     while len(corners) > 3:
         before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
         past, to = after - before, corners - before

@@ -1,4 +1,4 @@
-"""Where a level board may lie: between two upright faces that stand opposite each other."""
+"""Possible places of a level board: between two upright faces that stand opposite each other."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,8 +16,6 @@ from facetlog.perception.detection.line_front_end.planes.parallel import (
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.types import FloatArray
-
-__all__ = ["BoardPlaces", "board_places"]
 
 # Two faces stand opposite each other where so much of the smaller does.
 OPPOSITE_SHARE = 0.5
@@ -43,7 +41,7 @@ class BoardPlaces:
 def board_places(
     faces: Sequence[OutlinedFace], up: FloatArray, pixel: float, least: float
 ) -> BoardPlaces:
-    """The places between each two of the faces; `up` (3,) is across what is level.
+    """Return the places between each two of the faces; `up` (3,) is across what is level.
 
     As deep as the lower, or the less deep, of the two faces. `least` is how far apart they are at
     least, and how deep a board. Two sides of one board make no places of their own.

@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.flat_faces import part_above
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LEVEL_COSINE", "Ground", "find_ground"]
-
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
 # Share of the segments' likelihood that is due to chance lines. So much of it may lie below the
@@ -40,12 +38,12 @@ class Ground:
     distance: float
 
     def above(self, points: FloatArray) -> FloatArray:
-        """Heights (...) of points (..., 3) over the ground."""
+        """Return heights (...) of points (..., 3) over the ground."""
         heights: FloatArray = points @ self.normal - self.height
         return heights
 
     def holds(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Which points (n, 3) lie on the ground, within the accuracy of their depth."""
+        """Return which points (n, 3) lie on the ground, within the accuracy of their depth."""
         away = np.median(np.linalg.norm(points[:, None] - self.centres, axis=-1), axis=1)
         # The error of a depth grows with its square.
         margin = self.margin * np.maximum(away / self.distance, 1.0) ** 2
@@ -55,7 +53,7 @@ class Ground:
     def behind(
         self, centre: FloatArray, points: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Where rays from a centre (3,) through points (n, 3) meet the ground, and whether."""
+        """Return where rays from a centre (3,) through points (n, 3) meet the ground, or not."""
         rays = points - centre
         drop = rays @ self.normal
         meets = drop < -1e-9 * np.linalg.norm(rays, axis=1)
@@ -63,7 +61,8 @@ class Ground:
         return centre + share[:, None] * rays, meets
 
     def down_from(self, side: FloatArray, normal: FloatArray) -> FloatArray:
-        """The part (4, 3) of a plane with this normal between one of its segments (2, 3) and here.
+        """Return the part (4, 3) of a plane with this normal between one of its segments (2, 3) and
+        here.
 
         (0, 3) where the plane is about level, or an end of the segment lies on the ground.
         """
@@ -75,7 +74,7 @@ class Ground:
         return np.array([side[0], side[1], side[1] + reach[1], side[0] + reach[0]])
 
     def clipped(self, corners: FloatArray) -> FloatArray:
-        """A polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
+        """Return a polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
         heights = self.above(corners)
         return corners if (heights >= -self.margin).all() else part_above(corners, heights)
 
@@ -88,7 +87,8 @@ def find_ground(
     distance: float,
     up: FloatArray | None,
 ) -> Ground | None:
-    """The plane of the likeliest lines that has all cameras and nearly all lines on one side.
+    """Return the plane of the likeliest lines that has all cameras and nearly all lines on one
+    side.
 
     `score` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
     has little. Where up is known it is a level plane, of lines that are level themselves; if none

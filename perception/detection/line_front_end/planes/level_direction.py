@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["held_up", "level_direction"]
-
 # Cameras look down at a thing by less than 60 degrees: then their own ups lie along up by this much
 # in the mean (cosine). At a wall they look by 30 degrees at most from below, where it is as much.
 HELD_UPRIGHT = 0.5
@@ -27,15 +25,16 @@ STEPS = 3
 
 
 def held_up(views: Sequence[View], normal: FloatArray) -> bool:
-    """Whether a unit vector (3,) is upwards as the cameras were held in the mean."""
+    """Return whether a unit vector (3,) is upwards as the cameras were held in the mean."""
     return float(_held(views) @ normal) > HELD_UPRIGHT
 
 
 def level_direction(
     segments: FloatArray, score: FloatArray, views: Sequence[View]
 ) -> FloatArray | None:
-    """The unit vector (3,) near the cameras' own up that most of segments (n, 2, 3), by their score
-    (n,), are along or square to; None where they do not agree, or cameras were not held upright.
+    """Return the unit vector (3,) near the cameras' own up that most of segments (n, 2, 3), by
+    their score (n,), are along or square to; None where they do not agree, or cameras were not held
+    upright.
     """
     held = _held(views)
     length = float(np.linalg.norm(held))

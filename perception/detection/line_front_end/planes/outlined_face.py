@@ -1,10 +1,8 @@
-"""What any found face has, whatever else is known of it."""
+"""Protocol of a found face: its corners and normal."""
 
 from typing import Protocol
 
 from facetlog.perception.types import FloatArray
-
-__all__ = ["OutlinedFace"]
 
 
 class OutlinedFace(Protocol):

@@ -2,7 +2,5 @@
 
 import numpy as np
 
-__all__ = ["PARALLEL_COSINE", "UPRIGHT_SINE"]
-
 # Ten degrees, for whether faces lie in one plane, stand opposite each other, or stand upright.
 PARALLEL_COSINE, UPRIGHT_SINE = float(np.cos(np.radians(10.0))), float(np.sin(np.radians(10.0)))

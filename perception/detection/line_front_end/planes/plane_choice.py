@@ -1,4 +1,4 @@
-"""Which plane hypotheses to search: each edge bounds two faces, not a dozen.
+"""Choice of the plane hypotheses to search: each edge bounds two faces, not a dozen.
 
 A line supports a plane only where the pictures are consistent, right beside it, with that plane.
 """
@@ -18,8 +18,6 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
-
-__all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_cov", "same_plane"]
 
 # Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
 SAME_COSINE = np.cos(np.radians(4.0))
@@ -53,7 +51,7 @@ def choose_planes(
     surface: Callable[[PlaneHypothesis], NDArray[np.bool_]],
     least: float,
 ) -> tuple[ChosenPlane, ...]:
-    """Planes that may hold a face, by descending upper bound of its score.
+    """Return planes that may hold a face, by descending upper bound of its score.
 
     `score` (n,) is the log-likelihood ratio of the cloud's lines as sides of faces. Equal planes
     are taken once. Each line counts half as much for the next plane as for the one before, and not
@@ -104,7 +102,7 @@ def _distinct(planes: Sequence[PlaneHypothesis], cloud: LineCloud) -> list[Plane
 def same_plane(
     plane: PlaneHypothesis, points: FloatArray, others: Sequence[PlaneHypothesis], pixel: float
 ) -> NDArray[np.bool_]:
-    """Which other planes (m,) are one with a plane, over points (n, 3) of it."""
+    """Return which other planes (m,) are one with a plane, over points (n, 3) of it."""
     normals = np.array([other.normal for other in others]).reshape(-1, 3)
     same: NDArray[np.bool_] = np.abs(normals @ plane.normal) >= SAME_COSINE
     alike = np.nonzero(same)[0]
@@ -116,7 +114,8 @@ def same_plane(
 def plane_cov(
     plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
 ) -> FloatArray:
-    """Covariance (k, k) of a plane's heights at points (k, 3) of it, from its lines and texture.
+    """Return the covariance (k, k) of a plane's heights at points (k, 3) of it, from its lines and
+    texture.
 
     Where they leave the tilt open it has a prior of `slope` (OPEN_SLOPE if nothing else bounds it).
     """

@@ -9,8 +9,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
-
 # Two segments meet when their lines pass within this many px, and near both segments.
 MEET_PX = 4.0
 MEET_BEYOND = 0.35  # of a segment's length, beyond its end
@@ -43,7 +41,7 @@ class PlaneHypothesis:
 def plane_hypotheses(
     segments: FloatArray, end_covs: FloatArray, support: FloatArray, pixel: float
 ) -> tuple[PlaneHypothesis, ...]:
-    """Planes through pairs of segments (n, 2, 3) that meet, best supported first.
+    """Return planes through pairs of segments (n, 2, 3) that meet, best supported first.
 
     `end_covs` (n, 2, 3, 3) are the covariances of the ends, `pixel` is the length of one pixel at
     the object. A plane needs MIN_LINES segments as inliers.
@@ -148,5 +146,5 @@ def _fit(
 
 
 def plane_basis(normal: FloatArray) -> FloatArray:
-    """Two unit vectors (3, 2) that span the plane across `normal`."""
+    """Return two unit vectors (3, 2) that span the plane across `normal`."""
     return plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T

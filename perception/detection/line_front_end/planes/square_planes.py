@@ -13,8 +13,6 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SQUARE_SLOPE", "is_square", "seen_on_plane", "square_normals"]
-
 # A plane may have been chosen so far off that a square one is meant: it is only what is tried.
 NEAR_SINE, NEAR_COSINE = float(np.sin(np.radians(15.0))), float(np.cos(np.radians(15.0)))
 # Two normals span what is square to both where they are farther apart than this sine.
@@ -24,7 +22,8 @@ SQUARE_SLOPE = float(np.tan(np.radians(0.5)))
 
 
 def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[FloatArray]:
-    """Normals near one that are parallel or square to `known` ones, what binds it most first.
+    """Return normals near one that are parallel or square to `known` ones, what binds it most
+    first.
 
     Of the known ones those come first that count most.
     """
@@ -46,7 +45,7 @@ def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[
 
 
 def is_square(normal: FloatArray, wanted: FloatArray) -> bool:
-    """Whether a normal is as near to a square one as things are built."""
+    """Return whether a normal is as near to a square one as things are built."""
     return bool(np.linalg.norm(np.cross(normal, wanted)) < SQUARE_SLOPE)
 
 
@@ -57,7 +56,8 @@ def seen_on_plane(
     cloud: LineCloud,
     centre: FloatArray,
 ) -> FloatArray:
-    """Where a ray from a centre (3,) through each corner (k, 3) of a plane meets the plane turned.
+    """Return where a ray from a centre (3,) through each corner (k, 3) of a plane meets the plane
+    turned.
 
     It has another normal and goes on through the middle of its lines, each end of them counted by
     how well it is known.

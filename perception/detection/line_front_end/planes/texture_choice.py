@@ -18,8 +18,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.stable_order import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["as_hypothesis", "with_texture_planes"]
-
 # A segment whose ends are this near to a plane, px, may bound a face there.
 ON_PLANE_PX = 3.0
 
@@ -30,7 +28,7 @@ def with_texture_planes(
     texture: TexturePoints,
     cloud: LineCloud,
 ) -> tuple[ChosenPlane, ...]:
-    """The planes chosen by lines, then those of texture patches that are not among them."""
+    """Return the planes chosen by lines, then those of texture patches that are not among them."""
     planes = list(chosen)
     for patch in patches:
         own = as_hypothesis(patch, texture, cloud)
@@ -40,7 +38,7 @@ def with_texture_planes(
 
 
 def as_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
-    """The plane of a patch, with its points and the segments that lie on it."""
+    """Return the plane of a patch, with its points and the segments that lie on it."""
     off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
     lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
     covs = texture.covs[patch.points]

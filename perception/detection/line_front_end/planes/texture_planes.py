@@ -20,8 +20,6 @@ from facetlog.perception.flat_faces import plane_axes, ring_sides
 from facetlog.perception.stable_order import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["TexturePlane", "patch_box", "shown_patches", "texture_planes"]
-
 # Three points of each plane are a point and two of so many neighbours; so many points, evenly from
 # all, seed planes.
 NEIGHBOURS, SEEDS = 8, 100
@@ -63,7 +61,7 @@ class TexturePlane:
 
 
 def texture_planes(texture: TexturePoints, pixel: float) -> tuple[TexturePlane, ...]:
-    """Patches of points on planes, those of the likeliest plane first.
+    """Return patches of points on planes, those of the likeliest plane first.
 
     `pixel` is a pixel's length at the object: nothing is taken to be flatter than that.
     """
@@ -102,7 +100,7 @@ def shown_patches(
     texture: TexturePoints,
     surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
 ) -> tuple[TexturePlane, ...]:
-    """The patches that are surface, of each what is.
+    """Return the patches that are surface, of each what is.
 
     `surface`, given a normal and n points, returns whether the plane is surface round each (2, n),
     as seen from its front and its back: only those points support a patch, and from that side.
@@ -144,7 +142,9 @@ class _Scene:
         return cls(texture.points, texture.covs, 2.0 * float(np.median(away)), pixel)
 
     def gain(self, normal: FloatArray, distance: FloatArray) -> NDArray[np.float32]:
-        """Log-likelihood (n, p), over that of chance, of the points on planes; 0 where not on."""
+        """Return the log-likelihood (n, p), over that of chance, of the points on planes; 0 where
+        not on.
+        """
         squares = (normal[:, :, None] * normal[:, None]).reshape(-1, 9)
         # Single precision is enough to choose what is looked at closely.
         variance = (self.covs.reshape(-1, 9) @ squares.T + self.pixel**2).astype(np.float32)
@@ -154,7 +154,9 @@ class _Scene:
         return np.where((chi2 < SDS**2) & (gain > 0), gain, np.float32(0.0))
 
     def fitted(self, on: NDArray[np.bool_], left: NDArray[np.bool_], normal: FloatArray) -> _Fit:
-        """The plane fitted to the points on it (n,), which change with it, of those left (n,)."""
+        """Return the plane fitted to the points on it (n,), which change with it, of those left
+        (n,).
+        """
         distance = 0.0
         for _ in range(FITS):
             if on.sum() < MIN_POINTS:
@@ -168,7 +170,8 @@ class _Scene:
         return _Fit(normal, distance, on, float(scores.max()))
 
     def ratio(self, plane: _Fit, patch: NDArray[np.intp], left: int) -> FloatArray:
-        """What each point (m,) of a patch says for it, of so many points that it may be among.
+        """Return what each point (m,) of a patch says for it, of so many points that it may be
+        among.
 
         That the others lie anywhere costs a little, which all of the patch's points bear.
         """
@@ -179,7 +182,9 @@ class _Scene:
         return ratio
 
     def bends(self, normal: FloatArray, patch: NDArray[np.intp]) -> bool:
-        """Whether a paraboloid is so much likelier for the points (m,) of a patch than a plane."""
+        """Return whether a paraboloid is so much likelier for the points (m,) of a patch than a
+        plane.
+        """
         points = self.points[patch]
         flat = (points - points.mean(axis=0)) @ plane_basis(normal)
         flat /= max(float(np.abs(flat).max()), 1e-300)
@@ -198,7 +203,7 @@ class _Scene:
         return np.asarray(self.spread * density)
 
     def variance(self, normal: FloatArray) -> FloatArray:
-        """Of the points (n,) across a plane."""
+        """Return the variance of the points (n,) across a plane."""
         across: FloatArray = np.einsum("k,nkl,l->n", normal, self.covs, normal)
         return across + self.pixel**2
 
@@ -237,7 +242,7 @@ def _patches(points: FloatArray, plane: _Fit) -> list[NDArray[np.intp]]:
 
 
 def patch_box(points: FloatArray, normal: FloatArray, along: FloatArray | None) -> FloatArray:
-    """The sides (4, 2, 3) of a rectangle of the plane through points (n, 3) that holds them.
+    """Return the sides (4, 2, 3) of a rectangle of the plane through points (n, 3) that holds them.
 
     It runs `along` (3,) a direction of the plane, or else is the smallest.
     """

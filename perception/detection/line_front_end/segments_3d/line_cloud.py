@@ -7,9 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.segments_3d.line_candidates import (
-    candidate_segments,
-)
 from facetlog.perception.detection.line_front_end.segments_3d.line_refine import refine_segments
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
     coverage,
@@ -19,15 +16,70 @@ from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.stable_order import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
-__all__ = [
-    "SUPPORTED",
-    "LineCloud",
-    "agreement",
-    "best_of_owners",
-    "reconstruct_lines",
-    "segments_matched",
-    "shown_lines",
-]
+# The two views' parts of the 3-D segment overlap by this share of the shorter one.
+MIN_OVERLAP = 0.5
+# Sine of the least angle between the two planes: below, half a pixel is 10 % of the depth.
+MIN_PLANE_SINE = 0.03
+
+
+def candidate_segments(
+    first: View, segments_1: FloatArray, second: View, segments_2: FloatArray
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Return all 3-D segments (n, 2, 3) that a segment of each view could show, and which two (n,
+    2).
+
+    The plane through a pinhole and a segment (n, 4: u0, v0, u1, v1, of some length) holds the 3-D
+    segment; two planes meet in its line. Kept are those before both cameras whose parts overlap.
+    """
+    if not len(segments_1) or not len(segments_2):
+        return np.zeros((0, 2, 3)), np.zeros((0, 2), dtype=np.intp)
+    plane_1, rays_1 = _plane_and_rays(first, segments_1)
+    plane_2, rays_2 = _plane_and_rays(second, segments_2)
+    c1, c2 = first.pose.centre, second.pose.centre
+
+    cosine = plane_1[:, :3] @ plane_2[:, :3].T
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    # Where the rays of one segment's ends pierce the other's plane: c + s d.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s1 = -(plane_2[:, :3] @ c1 + plane_2[:, 3])[None, :, None] / _slopes(rays_1, plane_2)
+        s2 = -(plane_1[:, :3] @ c2 + plane_1[:, 3])[:, None, None] / _slopes(
+            rays_2, plane_1
+        ).transpose(1, 0, 2)
+    good = (sine > MIN_PLANE_SINE) & (s1 > 0).all(-1) & (s2 > 0).all(-1)
+    i, j = np.nonzero(good & np.isfinite(s1).all(-1) & np.isfinite(s2).all(-1))
+    x1 = c1 + s1[i, j, :, None] * rays_1[i]
+    x2 = c2 + s2[i, j, :, None] * rays_2[j]
+
+    along = x1[:, 1] - x1[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    keep = length > 0
+    x1, x2, along, length = x1[keep], x2[keep], along[keep], length[keep]
+    made_of = np.stack([i, j], axis=1)[keep]
+    unit = along / length[:, None]
+    t1 = np.stack([np.zeros_like(length), length], axis=1)
+    t2 = np.sort(np.einsum("nek,nk->ne", x2 - x1[:, :1], unit), axis=1)
+    overlap = np.minimum(t1[:, 1], t2[:, 1]) - np.maximum(t1[:, 0], t2[:, 0])
+    shorter = np.minimum(length, t2[:, 1] - t2[:, 0])
+    keep = overlap > MIN_OVERLAP * shorter
+    ends = np.stack([np.minimum(t1[:, 0], t2[:, 0]), np.maximum(t1[:, 1], t2[:, 1])], axis=1)
+    return x1[keep, :1] + ends[keep, :, None] * unit[keep, None], made_of[keep]
+
+
+def _slopes(rays: FloatArray, planes: FloatArray) -> FloatArray:
+    # normal_j · ray_ie as (i, j, e)
+    slopes = rays.reshape(-1, 3) @ planes[:, :3].T
+    return slopes.reshape(len(rays), 2, len(planes)).transpose(0, 2, 1)
+
+
+def _plane_and_rays(view: View, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
+    ends = np.stack([segments[:, :2], segments[:, 2:]], axis=1)
+    homogeneous = np.concatenate([ends, np.ones((*ends.shape[:2], 1))], axis=-1)
+    lines = np.cross(homogeneous[:, 0], homogeneous[:, 1])
+    planes = lines @ view.projection
+    planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
+    rays = homogeneous @ np.linalg.inv(view.camera.matrix).T @ view.pose.rotation.T
+    return planes, rays
+
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
@@ -84,7 +136,7 @@ def reconstruct_lines(
     segments: Sequence[FloatArray],
     graph: ViewGraph,
 ) -> LineCloud:
-    """The 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
+    """Return the 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
     pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
     candidates, owners = _screened_candidates(views, maps, segments, graph)
     cover = coverage(candidates, views, maps)
@@ -111,13 +163,14 @@ def reconstruct_lines(
 def shown_lines(
     views: Sequence[View], maps: Sequence[EdgeMap], segments: Sequence[FloatArray]
 ) -> tuple[LineCloud, NDArray[np.bool_]]:
-    """The 3-D segments of the views, n of them, and which view shows which (n, V)."""
+    """Return the 3-D segments of the views, n of them, and which view shows which (n, V)."""
     cloud = reconstruct_lines(views, maps, segments, view_graph(views))
     return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
 
 
 def segments_matched(pairs: int) -> int:
-    """How many segments of a view are matched, so that as many are compared as of FULL_PAIRS.
+    """Return how many segments of a view are matched, so that as many are compared as of
+    FULL_PAIRS.
 
     >>> segments_matched(40), segments_matched(3)
     (250, 707)
@@ -163,8 +216,8 @@ def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bo
 
 
 def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
-    """How much more of candidates (n,) is shown by views of this weight (V,) than by chance, from
-    what each shows (n, V): NaN of what is out of view.
+    """Return how much more of candidates (n,) is shown by views of this weight (V,) than by chance,
+    from what each shows (n, V): NaN of what is out of view.
     """
     found: FloatArray = np.nansum((cover**2 - BY_CHANCE) * weight, axis=1)
     return found
@@ -173,7 +226,8 @@ def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
 def best_of_owners(
     score: FloatArray, shown: FloatArray, owners: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """Which candidates (n,) have the best score, or nearly, among those of both of their `owners`.
+    """Return which candidates (n,) have the best score, or nearly, among those of both of their
+    `owners`.
 
     These (n, 2) are 2-D segments, of which each shows one 3-D segment. `shown` (n,) is what views
     show of each in all.

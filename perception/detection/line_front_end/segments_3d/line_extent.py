@@ -11,8 +11,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 from facetlog.perception.stable_order import at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LineProfiles", "covered_extents", "line_profiles"]
-
 # Samples of a profile; the line is looked at from MARGIN lengths before to MARGIN after it.
 SAMPLES = 192
 MARGIN = 1.0
@@ -36,7 +34,9 @@ class LineProfiles:
     cumulated: FloatArray
 
     def mean(self, line: NDArray[np.intp], start: FloatArray, end: FloatArray) -> FloatArray:
-        """Mean coverage of lines between two places on them; outside the profile it is 0."""
+        """Return the mean coverage of lines between two places on them; outside the profile it is
+        0.
+        """
         low, high = np.minimum(start, end), np.maximum(start, end)
         length = np.maximum(high - low, 1e-300)
         inside = self._at(line, high) - self._at(line, low)
@@ -58,7 +58,9 @@ def line_profiles(
     use: NDArray[np.bool_],
     weight: FloatArray,
 ) -> LineProfiles:
-    """Coverage profiles of segments (n, 2, 3) from the views in `use` (n, V) by their weights."""
+    """Return the coverage profiles of segments (n, 2, 3) from the views in `use` (n, V) by their
+    weights.
+    """
     along = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(along, axis=1)
     direction = along / length[:, None]
@@ -80,7 +82,7 @@ def line_profiles(
 
 
 def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
-    """Segments (n, 2, 3) lengthened or cut, from their middles, to where they are covered."""
+    """Return segments (n, 2, 3) lengthened or cut, from their middles, to where covered."""
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     line = np.arange(len(segments))
     ends = []

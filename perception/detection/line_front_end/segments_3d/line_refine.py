@@ -14,18 +14,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = [
-    "READINGS_A_VIEW",
-    "STEP_PX",
-    "EdgeReadings",
-    "across_basis",
-    "ends_jacobian",
-    "peak",
-    "point_jacobian",
-    "read_edges",
-    "refine_segments",
-]
-
 SAMPLES = 24
 # Half the width searched across a projected segment, px, in successive passes.
 SEARCH_PX = (4.0, 3.0, 2.0)
@@ -55,7 +43,9 @@ class EdgeReadings:
 
 
 def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float) -> EdgeReadings:
-    """The strongest edge within `search_px` across each sample of segments, points (n, m, 3)."""
+    """Return the strongest edge within `search_px` across each sample of segments, points (n, m,
+    3).
+    """
     uv, depth = project_points(view.projection, points)
     height, width = view.image.shape
     visible = (
@@ -89,7 +79,8 @@ def _bilinear(picture: NDArray[np.float32], at: NDArray[np.float32]) -> FloatArr
 
 
 def peak(response: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places (...) of the highest maxima of responses (..., k) at `reach` (k,), and their heights.
+    """Return places (...) of the highest maxima of responses (..., k) at `reach` (k,), and their
+    heights.
 
     A height of 0 says that there is none, but at the rim, where it belongs to another edge. Steps
     of `reach` are STEP_PX.
@@ -115,7 +106,7 @@ def refine_segments(
     use: NDArray[np.bool_],
     weight: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Segments (n, 2, 3) moved across themselves to the edges of the views in `use` (n, V).
+    """Return segments (n, 2, 3) moved across themselves to the edges of the views in `use` (n, V).
 
     Gauss-Newton over four numbers a segment (both ends move in the plane across it), Cauchy
     weights. Returns the segments, the covariance of their ends across themselves (n, 2, 3, 3) and
@@ -164,7 +155,7 @@ def _end_covs(h: FloatArray, basis: FloatArray, rms: FloatArray) -> FloatArray:
 
 
 def across_basis(segments: FloatArray) -> FloatArray:
-    """Two unit vectors (n, 3, 2) at right angles to each segment (n, 2, 3)."""
+    """Return two unit vectors (n, 3, 2) at right angles to each segment (n, 2, 3)."""
     along = segments[:, 1] - segments[:, 0]
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
     least = np.eye(3)[np.argmin(np.abs(along), axis=1)]
@@ -174,7 +165,7 @@ def across_basis(segments: FloatArray) -> FloatArray:
 
 
 def point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArray:
-    """d(normal · uv) / d(point), (n, m, 3), of samples (n, m, 3) of segments that were read."""
+    """Return d(normal · uv) / d(point), (n, m, 3), of samples (n, m, 3) of segments."""
     # n · (rows of the projection - uv · its depth row) / depth
     p = view.projection[:, :3]
     depth = points @ p[2] + view.projection[2, 3]
@@ -185,7 +176,7 @@ def point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArra
 
 
 def ends_jacobian(by_point: FloatArray, basis: FloatArray) -> FloatArray:
-    """d(normal · uv) / d(both ends across the segment), (n, m, 4).
+    """Return d(normal · uv) / d(both ends across the segment), (n, m, 4).
 
     `by_point` (n, m, 3) is `point_jacobian` at samples as `segment_samples` has them, `basis`
     `across_basis`; the four numbers are those of the start, then those of the end.

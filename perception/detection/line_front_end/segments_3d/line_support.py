@@ -8,20 +8,18 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["coverage", "project_points", "project_to_views", "segment_samples"]
-
 # A view that has less than this share of a segment in the picture is no evidence about it.
 MIN_VISIBLE = 0.6
 
 
 def segment_samples(segments: FloatArray, count: int) -> FloatArray:
-    """Points (n, count, 3) evenly inside segments (n, 2, 3), ends left out."""
+    """Return points (n, count, 3) evenly inside segments (n, 2, 3), ends left out."""
     t = (np.arange(count) + 0.5) / count
     return segments[:, None, 0] + t[:, None] * (segments[:, None, 1] - segments[:, None, 0])
 
 
 def project_points(projection: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pixels (..., 2) and depths (...) of points (..., 3); behind the camera depth is <= 0."""
+    """Return pixels (..., 2) and depths (...) of points (..., 3); depth <= 0 behind the camera."""
     # One product of two flat matrices: a stack of small ones is ten times slower.
     h = projection[:, :3] @ points.reshape(-1, 3).T + projection[:, 3:]
     safe = np.where(h[2] > 0, h[2], np.inf)
@@ -30,7 +28,7 @@ def project_points(projection: FloatArray, points: FloatArray) -> tuple[FloatArr
 
 
 def project_to_views(projections: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pixels (v, n, 2) and depths (v, n) of points (n, 3) by projections (v, 3, 4)."""
+    """Return pixels (v, n, 2) and depths (v, n) of points (n, 3) by projections (v, 3, 4)."""
     h = projections[:, :, :3] @ points.T + projections[:, :, 3:]
     depth = h[:, 2]
     safe = np.where(depth > 0, depth, np.inf)
@@ -38,7 +36,7 @@ def project_to_views(projections: FloatArray, points: FloatArray) -> tuple[Float
 
 
 def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bool_], ...]:
-    """Which samples (n, m, 3) lie on an edge of their own direction, and which are in view."""
+    """Return which samples (n, m, 3) lie on an edge of their direction, and which are in view."""
     uv, depth = project_points(view.projection, samples)
     height, width = view.image.shape
     column, row = np.rint(uv[..., 0]), np.rint(uv[..., 1])
@@ -52,7 +50,9 @@ def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bo
 def coverage(
     segments: FloatArray, views: Sequence[View], maps: Sequence[EdgeMap], samples: int = 12
 ) -> FloatArray:
-    """Share (n, V) of each segment (n, 2, 3) found in each view; NaN where it is out of view."""
+    """Return the share (n, V) of each segment (n, 2, 3) found in each view; NaN where it is out of
+    view.
+    """
     points = segment_samples(segments, samples)
     result = np.full((len(segments), len(views)), np.nan)
     for k, (view, edges) in enumerate(zip(views, maps, strict=True)):

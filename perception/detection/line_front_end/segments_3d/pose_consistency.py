@@ -12,8 +12,6 @@ from facetlog.perception.name_lists import named
 from facetlog.perception.stable_order import at_least
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_share"]
-
 # A 2-D segment is explained by a projected 3-D one that passes this near and this parallel.
 NEAR_PX = 3.0
 PARALLEL_COSINE = np.cos(np.radians(6.0))
@@ -33,7 +31,8 @@ def explained_share(
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> float:
-    """Share (by length) of the views' segments (n, 4) that 3-D segments (m, 2, 3) project onto.
+    """Return the share (by length) of the views' segments (n, 4) that 3-D segments (m, 2, 3)
+    project onto.
 
     `supported` (m, V) says which 3-D segments are seen in which view. 1 where there are none.
     """
@@ -56,7 +55,9 @@ def _lengths(
 
 
 def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> tuple[float, float]:
-    """The length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of all."""
+    """Return the length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of
+    all.
+    """
     along = found[:, 2:] - found[:, :2]
     length = np.hypot(along[:, 0], along[:, 1])
     if not len(segments_3d) or not len(found):
@@ -81,7 +82,7 @@ def check_consistency(
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> None:
-    """Raises InconsistentViewsError where many segments are seen and hardly any agree in space.
+    """Raise InconsistentViewsError where many segments are seen and hardly any agree in space.
 
     Fewer than MIN_VIEWS views are never called inconsistent, nor are views from fewer than three
     places: `weight` (V,) is how much a view counts beside those almost like it.

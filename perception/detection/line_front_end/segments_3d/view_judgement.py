@@ -28,8 +28,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
 from facetlog.perception.detection.tracked_faces import TrackedFaces
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Contradiction", "contradicting_views", "without_them"]
-
 FindLines: TypeAlias = Callable[[Sequence[int]], FloatArray]
 """The 3-D segments (m, 2, 3) of some of the views (indices) alone."""
 
@@ -161,20 +159,24 @@ class _Blind:
 
 
 def _explained_share(segments_3d: FloatArray, view: View, found: FloatArray) -> float:
-    """Share by length of a view's segments (n, 4) that 3-D ones explain; NaN without any."""
+    """Return the share by length of a view's segments (n, 4) that 3-D ones explain; NaN without
+    any.
+    """
     explained, total = explained_length(segments_3d, view, found)
     return explained / total if total > 0.0 else np.nan
 
 
 def _shown_share(segments_3d: FloatArray, view: View, edges: EdgeMap) -> float:
-    """Share of the 3-D segments in a view's picture that it shows; NaN where none is in it."""
+    """Return the share of the 3-D segments in a view's picture that it shows; NaN where none is in
+    it.
+    """
     cover = coverage(segments_3d, [view], [edges])[:, 0]
     cover = cover[np.isfinite(cover)]
     return float((cover > SUPPORTED).mean()) if len(cover) else np.nan
 
 
 def _independent(found: FloatArray) -> float:
-    """As how many of one length segments (n, 4) count: (sum l)^2 / sum l^2."""
+    """Return as how many of one length segments (n, 4) count: (sum l)^2 / sum l^2."""
     lengths = np.linalg.norm(found[:, 2:] - found[:, :2], axis=1)
     return float(lengths.sum() ** 2 / max(float(lengths @ lengths), 1e-300))
 
@@ -190,7 +192,7 @@ def without_them(
     views: Sequence[View],
     track: Callable[[Sequence[int]], TrackedFaces],
 ) -> TrackedFaces:
-    """What `track` finds in the other views (indices), with a warning for each left out."""
+    """Return what `track` finds in the other views (indices), with a warning for each left out."""
     out = {c.view for c in wrong}
     kept = [k for k in range(len(views)) if k not in out]
     rest = track(kept)

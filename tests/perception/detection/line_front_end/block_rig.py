@@ -87,7 +87,7 @@ class Rig:
         return [np.zeros(v.image.shape, np.uint8) for v in self.views]
 
     def noisy(self, seed: int, sd: float) -> "Rig":
-        """The same pictures with normal noise of `sd` grey levels."""
+        """Return the pictures with normal noise of `sd` grey levels."""
         rng = np.random.default_rng(seed)
         views = tuple(
             replace(

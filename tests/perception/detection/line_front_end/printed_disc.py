@@ -15,7 +15,6 @@ from facetlog.perception.detection.line_front_end.points_3d.texture_points impor
     texture_points,
 )
 from facetlog.perception.detection.view_graph import ViewGraph, view_graph
-from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
 from facetlog.robot.tour import ring_poses
 
@@ -44,7 +43,7 @@ class PrintedRig:
 
     @cached_property
     def texture(self) -> TexturePoints:
-        return texture_points(self.views, self.maps, self.graph, self.pixel, triangulated)
+        return texture_points(self.views, self.maps, self.graph, self.pixel)
 
     @cached_property
     def photos(self) -> PhotometricViews:
@@ -61,7 +60,7 @@ def drawing(seed: int) -> Image:
 
 
 def picture(pose: Pose, texture: Image, seed: int) -> Image:
-    """What a camera sees of the disc, with noise of one grey level."""
+    """Render what a camera sees of the disc, with noise of one grey level."""
     u, v = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
     rays = np.stack(
         [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], axis=-1

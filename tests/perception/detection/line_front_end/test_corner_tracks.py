@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     Corners,
@@ -68,47 +67,6 @@ def test_the_covariance_is_honest_over_seeds() -> None:
     assert 1.0 < np.mean(np.minimum(squares, 30.0)) < 6.0
 
 
-def test_more_noise_means_more_variance() -> None:
-    def typical(sd: float) -> float:
-        rig = block_rig().noisy(0, sd)
-        tracks = tracks_of(*seen_faces(rig), rig)
-        return float(np.median([np.trace(o.cov) for t in tracks for o in t.observations]))
-
-    assert typical(4.0) < 0.5 * typical(12.0)
-
-
-def test_a_corner_slightly_off_is_measured_where_it_is() -> None:
-    rig = block_rig()
-    corners, shown = seen_faces(rig)
-    rng = np.random.default_rng(0)
-    off = 0.7 * rig.pixel * rng.uniform(-1, 1, corners.points.shape)
-    moved = replace(corners, points=corners.points + off)
-    distance = [
-        np.linalg.norm(o.uv - project(rig.views[o.view], point))
-        for point, track in zip(rig.points, tracks_of(moved, shown, rig), strict=True)
-        for o in track.observations
-    ]
-    assert np.median(distance) < 0.2
-
-
-def test_views_that_show_no_face_give_no_observation() -> None:
-    rig = block_rig()
-    corners, shown = seen_faces(rig)
-    hidden = shown.copy()
-    hidden[:, 3] = False
-    tracks = tracks_of(corners, hidden, rig)
-    assert 3 not in {o.view for t in tracks for o in t.observations}
-    nothing = tracks_of(corners, np.zeros_like(shown), rig)
-    assert [len(t.observations) for t in nothing] == [0] * len(rig.points)
-
-
-def test_there_is_at_most_one_observation_a_view() -> None:
-    rig = block_rig()
-    for track in tracks_of(*seen_faces(rig), rig):
-        views = [o.view for o in track.observations]
-        assert views == sorted(set(views))
-
-
 def test_corners_of_neighbouring_faces_become_one_vertex() -> None:
     rig = block_rig()
     rng = np.random.default_rng(0)
@@ -126,21 +84,6 @@ def test_corners_of_neighbouring_faces_become_one_vertex() -> None:
         )
 
 
-def test_a_face_keeps_its_corners_apart() -> None:
-    # A strip four pixels wide between two faces: its corners are nearer than what is merged.
-    strip = np.array([[0.0, 0, 0], [100, 0, 0], [100, 4, 0], [0, 4, 0]])
-    beside = np.array([[0.0, 4, 0], [100, 4, 0], [100, 80, 0], [0, 80, 0]])
-    merged = merge_corners([face(strip), face(beside)], pixel=1.0)
-    assert [len(set(loop)) for loop in merged.loops] == [4, 4]
-
-
-def test_corners_far_apart_stay_apart() -> None:
-    one = np.array([[0.0, 0, 0], [100, 0, 0], [100, 100, 0]])
-    merged = merge_corners([face(one), face(one + np.array([0.0, 0, 30.0]))], pixel=1.0)
-    assert len(merged.points) == 6
-    assert merged.loops == ((0, 1, 2), (3, 4, 5))
-
-
 def test_a_corner_off_the_other_faces_plane_is_no_corner_of_that_face() -> None:
     # The inner side of a board five pixels thick, and the end of the board.
     inner = np.array([[0.0, 5, 0], [100, 5, 0], [100, 5, 80], [0, 5, 80]])
@@ -149,9 +92,8 @@ def test_a_corner_off_the_other_faces_plane_is_no_corner_of_that_face() -> None:
     assert len(merged.points) == 8
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_merging_does_not_depend_on_the_unit(scale: float) -> None:
-    rig = block_rig()
+def test_merging_does_not_depend_on_the_unit() -> None:
+    rig, scale = block_rig(), 1e3
     rng = np.random.default_rng(1)
     loops = [rig.points[list(f)] + rig.pixel * rng.uniform(-1, 1, (4, 3)) for f in rig.solid.faces]
     one = merge_corners([face(c) for c in loops], rig.pixel)
@@ -173,11 +115,6 @@ def test_the_corners_of_a_hole_stay_apart_from_those_of_its_face() -> None:
     assert not set(ring) & set(corners.loops[0])
     assert len(set(corners.loops[0]) & set(corners.loops[1])) == 2
     assert len(corners.sides) == 4 + 4 + 3
-
-
-def test_sides_are_named_once() -> None:
-    corners = Corners(np.zeros((5, 3)), ((0, 1, 2, 3), (3, 2, 4)), ((), ()))
-    assert corners.sides == ((0, 1), (0, 3), (1, 2), (2, 3), (2, 4), (3, 4))
 
 
 def test_an_outline_places_its_corners_in_the_views_that_show_it_no_surer_than_it_is() -> None:

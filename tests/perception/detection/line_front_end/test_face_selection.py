@@ -92,14 +92,6 @@ def test_sides_without_upright_lines_reach_from_the_top_to_the_ground() -> None:
     np.testing.assert_allclose(heights, [3, 3, 3, 3, 6], atol=rig.pixel)
 
 
-def test_the_ground_is_no_face() -> None:
-    rig = block_rig()
-    low = rig.points[rig.points[:, 2] < 0.1]
-    assert len(low) == 4
-    for face in selected(rig, rig.edges):
-        assert face.corners[:, 2].max() > 1.0
-
-
 def test_the_selection_is_the_same_in_any_order_of_the_segments() -> None:
     rig = block_rig()
     one, other = selected(rig, rig.edges), selected(rig, rig.edges[::-1])
@@ -107,7 +99,3 @@ def test_the_selection_is_the_same_in_any_order_of_the_segments() -> None:
     middles = np.array([f.corners.mean(axis=0) for f in other])
     for face in one:
         assert np.linalg.norm(middles - face.corners.mean(axis=0), axis=1).min() < rig.pixel
-
-
-def test_no_planes_are_no_faces() -> None:
-    assert selected(block_rig(), np.zeros((0, 2, 3))) == ()

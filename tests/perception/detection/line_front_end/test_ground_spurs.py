@@ -1,4 +1,4 @@
-"""What of an outline is ground is cut off, and nothing else."""
+"""Ground is cut off an outline, and nothing else."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def ring_on(rig: Rig, flat: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def cut(rig: Rig, flat: FloatArray) -> FloatArray:
-    """What is left of the ring, again in inches along and up."""
+    """Return what is left of the ring, again in inches along and up."""
     ring, axes, normal = ring_on(rig, flat)
     weight, centres = np.ones(len(rig.views)), np.array([v.pose.centre for v in rig.views])
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
@@ -50,7 +50,7 @@ def cut(rig: Rig, flat: FloatArray) -> FloatArray:
 
 
 def in_shadow(rig: Rig) -> Rig:
-    """The same views with dark ground where the long side would go on."""
+    """Return the views with dark ground where the long side would go on."""
     _, axes, normal = ring_on(rig, np.zeros((1, 2)))
     views = []
     for view in rig.views:
@@ -86,11 +86,7 @@ def test_a_part_of_the_face_that_stands_out_is_kept() -> None:
     np.testing.assert_allclose(cut(in_shadow(block_rig()), notched), notched, atol=1e-9)
 
 
-def test_what_has_no_reflex_corner_has_no_spur() -> None:
-    np.testing.assert_allclose(cut(in_shadow(block_rig()), BLOCK), BLOCK, atol=1e-9)
-
-
-@pytest.mark.parametrize("first", range(1, 6))
+@pytest.mark.parametrize("first", [1, 4])
 def test_the_cut_is_the_same_wherever_the_outline_begins(first: int) -> None:
     rig = in_shadow(block_rig())
     one, other = (shapely.Polygon(cut(rig, ring)) for ring in (SPUR, np.roll(SPUR, first, axis=0)))

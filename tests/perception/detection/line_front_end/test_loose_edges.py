@@ -54,29 +54,6 @@ def test_what_lies_on_the_face_or_before_it_or_beside_it_does_not() -> None:
     assert len(found) == 1
 
 
-def test_what_rises_from_the_rim_in_two_outlines_belongs_to_the_face() -> None:
-    post = np.array([[0.0, 0.98, 1.02], [0.0, 0.98, 2]])
-    other_outline = post + np.array([0.05, 0, 0])
-    rail = np.array([[0.05, 0.98, 1.9], [1.8, 0.98, 1.9]])
-    in_the_middle = post + np.array([1.0, -0.5, 0])
-    _, numbers = loose(np.array([post, other_outline, rail, in_the_middle]))
-    assert numbers.tolist() == [0, 1, 2]
-    # one line alone may be anything's
-    assert not len(loose(np.array([post, rail]))[0])
-
-
-def test_what_is_seen_only_through_the_face_is_no_edge() -> None:
-    high = np.array([v.pose.centre[2] > 1.0 for v in cameras()])
-    middle = np.array([[[1.0, 0.5, 0.9], [1.0, 0.5, 0.6]]])
-    assert not len(loose(middle, high[None])[0])
-
-
-def test_no_segments_are_no_loose_edges() -> None:
-    found, numbers = loose(np.zeros((0, 2, 3)), np.zeros((0, 8), np.bool_))
-    assert found.shape == (0, 2, 3)
-    assert numbers.shape == (0,)
-
-
 def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
     rig = block_rig()
     fits = fit_sides(rig.edges, rig.shown_edges, rig.views, rig.maps)
@@ -92,11 +69,3 @@ def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
             assert along @ o.cov @ along > 16.0 - 1e-6
             assert across @ o.cov @ across < 1.0
             assert abs(across @ (o.uv - pixels[end])) < 1.0
-
-
-def test_no_edges_have_no_ends() -> None:
-    rig = block_rig()
-    none = np.zeros((0, len(rig.views)), np.bool_)
-    all_ = fit_sides(rig.edges, rig.shown_edges, rig.views, rig.maps)
-    fits = [fit.part(0, 0) for fit in all_]
-    assert track_ends(np.zeros((0, 2, 3)), none, rig.views, fits) == ()

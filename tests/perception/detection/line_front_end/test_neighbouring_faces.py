@@ -89,39 +89,6 @@ def test_what_is_bounded_above_may_stand_on_the_ground() -> None:
     assert proposed(lone, [top], high) == ()
 
 
-def test_a_face_whose_edges_no_picture_shows_is_not_proposed() -> None:
-    rig = block_rig()
-    top, (front, side, *_) = sides_of(rig)
-    lone = only(rig, [one_view_of(rig, side)])
-    view = lone.views[0]
-    blank = Rig(rig.solid, (replace(view, image=np.full_like(view.image, 90)),))
-    assert proposed(blank, [top, front]) == ()
-
-
-def test_what_three_views_could_compare_is_left_to_them() -> None:
-    rig = block_rig()
-    top, (front, *_) = sides_of(rig)
-    assert proposed(rig, [top, front]) == ()
-
-
-def test_two_faces_that_go_on_in_one_plane_span_nothing_between_their_rims() -> None:
-    rig = block_rig()
-    halves = [
-        np.array([[0.0, 0.0, 1.0], [x, 0.0, 1.0], [x, 2.0, 1.0], [0.0, 2.0, 1.0]])
-        for x in (2.0, -3.0)
-    ]
-    weight = np.ones(len(rig.views))
-    shown = np.ones(len(rig.views), dtype=np.bool_)
-    faces = tuple(
-        SelectedFace(half, UP, shown, 1.0, inner_points(half, UP), np.full(4, 0.01))
-        for half in (halves[0], halves[1][::-1])
-    )
-    photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
-    judge = SideJudge(rig.views, rig.maps, weight)
-    proposals = neighbouring_faces(faces, photos, judge, rig.untaken, None, rig.pixel)
-    assert all(np.isfinite(each.normal).all() for each in proposals)
-
-
 def test_three_sides_imply_the_fourth_that_is_hidden() -> None:
     rig = block_rig()
     top, (front, side, back, other) = sides_of(rig)
@@ -137,18 +104,11 @@ def test_three_sides_imply_the_fourth_that_is_hidden() -> None:
     assert neighbouring_faces(faces[:2], photos, judge, hidden, None, rig.pixel) == ()
 
 
-def test_what_no_view_is_turned_to_is_not_implied() -> None:
-    rig = block_rig()
-    top, upright = sides_of(rig)
-    assert proposed(rig, [top, *upright]) == ()
-
-
-@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.slow
-def test_a_block_in_four_views_has_its_five_faces(seed: int) -> None:
-    views = tour("block", seed)[::6]
+def test_a_block_in_four_views_has_its_five_faces() -> None:
+    views = tour("block", 0)[::6]
     scene = reconstruct(views, name="four", up=UP)
     assert [f.evidence for f in scene.faces] == [Evidence.MEASURED] * 5
-    true = np.array(solid_truth(make_world("block", seed)).vertices)
+    true = np.array(solid_truth(make_world("block", 0)).vertices)
     away = np.linalg.norm(scene.points[:, None] - true, axis=-1).min(axis=1)
     assert away.max() < 0.2

@@ -68,16 +68,6 @@ def test_its_covariance_is_honest() -> None:
     assert 0.2 < np.mean(squares) < 2.5
 
 
-def test_a_side_that_the_view_does_not_show_is_not_looked_up() -> None:
-    def read() -> Image:
-        raise AssertionError("the stored picture was read")
-
-    view = kept_view(large_picture(80.0, 4.0, 0))
-    view = replace(view, stored=StoredPicture(LARGE, read))
-    (fits,) = fit_sides(SIDE, ~SEEN, [view], [edge_map(view.image)])
-    assert not fits.good.any()
-
-
 def test_where_the_stored_picture_shows_no_edge_the_first_fit_stays() -> None:
     view = kept_view(large_picture(80.0, 2.0, 0))
     other = np.full((LARGE.height, LARGE.width), 100, np.uint8)

@@ -19,7 +19,6 @@ from facetlog.perception.detection.line_front_end.selected_face import SelectedF
 from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from tests.perception.detection.line_front_end.printed_disc import (
-    HEIGHT,
     RADIUS,
     PrintedRig,
     printed_rig,
@@ -27,8 +26,6 @@ from tests.perception.detection.line_front_end.printed_disc import (
     ring,
     true_height,
 )
-
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def patches_of(rig: PrintedRig) -> tuple[TexturePlane, ...]:
@@ -66,16 +63,6 @@ def test_what_was_found_is_not_found_again() -> None:
     rig = printed_rig()
     (face,) = found(rig)
     assert found(rig, (replace(face, has_edges=True),)) == ()
-
-
-def test_pixels_of_other_faces_show_no_print() -> None:
-    assert found(printed_rig(), taken=True) == ()
-
-
-def test_texture_on_the_ground_is_no_face() -> None:
-    rig = printed_rig()
-    ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.photos.centres, rig.graph.distance)
-    assert found(rig, ground=ground) == ()
 
 
 def test_pictures_of_different_textures_show_no_face() -> None:

@@ -34,7 +34,6 @@ def rig_of(name: str) -> Rig:
     """A white thing on a dark floor, lit from one side, from a ring of clean pictures."""
     solids: dict[str, Solid] = {
         "shelf": shelf(WIDTH, DEPTH, HEIGHT, boards=3, thickness=THICKNESS, back=True),
-        "open shelf": shelf(WIDTH, DEPTH, HEIGHT, boards=3, thickness=THICKNESS, back=False),
         "bench": bench(WIDTH, DEPTH, HEIGHT, thickness=THICKNESS, support=THICKNESS, panels=True),
         "block": cuboid(WIDTH, DEPTH, HEIGHT),
     }
@@ -89,7 +88,7 @@ def seen(
 def boards(
     rig: Rig, faces: tuple[SelectedFace, ...], *, ground: bool = True
 ) -> tuple[SelectedFace, ...]:
-    """What was found besides, where all of the faces are true."""
+    """Return what was found besides, where all of the faces are true."""
     found = seen(rig, faces, ground=ground)
     assert found[: len(faces)] == faces
     return found[len(faces) :]
@@ -99,13 +98,9 @@ def heights(found: tuple[SelectedFace, ...]) -> list[float]:
     return sorted(float(face.corners[:, 2].mean()) for face in found)
 
 
-@pytest.mark.parametrize(
-    ("name", "known"),
-    [("shelf", ("left", "right", "rear", "top")), ("open shelf", ("left", "right", "top"))],
-)
-def test_the_boards_of_a_shelf_are_found_by_their_rims(name: str, known: tuple[str, ...]) -> None:
-    rig = rig_of(name)
-    found = boards(rig, outside(rig, *known))
+def test_the_boards_of_a_shelf_are_found_by_their_rims() -> None:
+    rig = rig_of("shelf")
+    found = boards(rig, outside(rig, "left", "right", "rear", "top"))
     # The middle board, and the lowest just above the floor: white on dark, it is none of it.
     assert heights(found) == pytest.approx([THICKNESS, (HEIGHT + THICKNESS) / 2], abs=3 * rig.pixel)
     for face in found:
@@ -115,12 +110,6 @@ def test_the_boards_of_a_shelf_are_found_by_their_rims(name: str, known: tuple[s
         assert np.sqrt(np.diagonal(face.plane_cov)).max() < 4 * rig.pixel
         extents = np.ptp(face.corners @ outside(rig, "left")[0].normal)
         assert extents == pytest.approx(WIDTH, abs=rig.pixel)
-
-
-def test_the_order_of_the_faces_does_not_matter() -> None:
-    rig = rig_of("shelf")
-    known = outside(rig, "left", "right", "rear", "top")
-    assert heights(boards(rig, known[::-1])) == pytest.approx(heights(boards(rig, known)), abs=0.05)
 
 
 def test_nothing_lies_between_the_ends_of_a_bench() -> None:
@@ -133,13 +122,8 @@ def test_the_faces_of_a_closed_block_stay() -> None:
     assert boards(rig, outside(rig, "left", "right", "rear", "front", "top")) == ()
 
 
-def test_a_closed_block_has_no_boards_even_if_only_its_sides_are_known() -> None:
-    rig = rig_of("block")
-    assert boards(rig, outside(rig, "left", "right", "top")) == ()
-
-
 def printed(rig: Rig, front: SelectedFace, heights_of_lines: list[float]) -> Rig:
-    """The same pictures with level black lines across a face, as between drawers."""
+    """Return the pictures with level black lines across a face, as between drawers."""
     low = front.corners[front.corners[:, 2].argsort()[:2]]
     views = []
     for view, shown in zip(rig.views, front.shown, strict=True):
@@ -152,25 +136,8 @@ def printed(rig: Rig, front: SelectedFace, heights_of_lines: list[float]) -> Rig
     return Rig(rig.solid, tuple(views))
 
 
-@pytest.mark.parametrize("lines", [[3.0, 6.0], [2.0, 4.0, 6.0, 8.0], [2.5, 3.3, 5.5, 6.3]])
-def test_a_front_with_lines_as_between_drawers_stays(lines: list[float]) -> None:
+def test_a_front_with_lines_as_between_drawers_stays() -> None:
     plain = rig_of("block")
     (front,) = outside(plain, "front")
-    rig = printed(plain, front, lines)
+    rig = printed(plain, front, [2.5, 3.3, 5.5, 6.3])
     assert boards(rig, outside(rig, "left", "right", "rear", "front", "top")) == ()
-
-
-def test_pictures_without_edges_show_no_board() -> None:
-    rig = rig_of("shelf")
-    blank = tuple(replace(view, image=np.full_like(view.image, 90)) for view in rig.views)
-    assert boards(Rig(rig.solid, blank), outside(rig, "left", "right", "top")) == ()
-
-
-def test_without_a_ground_nothing_is_level() -> None:
-    rig = rig_of("shelf")
-    assert boards(rig, outside(rig, "left", "right", "rear", "top"), ground=False) == ()
-
-
-def test_one_side_alone_holds_no_board() -> None:
-    rig = rig_of("shelf")
-    assert boards(rig, outside(rig, "left", "rear", "top")) == ()

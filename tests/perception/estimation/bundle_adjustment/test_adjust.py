@@ -1,13 +1,20 @@
-"""Poses and points adjusted together: accuracy, honesty, gauge, and degenerate cases."""
+"""Poses, points and lenses adjusted together: accuracy, honesty, gauge, and degenerate cases."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, adjust
-from facetlog.perception.estimation.bundle_adjustment.adjusted_points import adjusted_points
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
+    Adjusted,
+    adjust,
+    adjusted_points,
+    without_common_motion,
+)
+from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import lenses_of
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import ROBUST_SD, Tracks
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind, PoseErrors, View
@@ -63,7 +70,7 @@ def nees(points: FloatArray, covs: FloatArray) -> float:
 
 
 def shape_rms(points: FloatArray) -> float:
-    """What is left after the best rigid motion onto the true corners."""
+    """Return what is left after the best rigid motion onto the true corners."""
     a, b = points - points.mean(axis=0), CORNERS - CORNERS.mean(axis=0)
     u, _, vt = np.linalg.svd(a.T @ b)
     rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
@@ -77,9 +84,7 @@ def test_exact_poses_stay_and_their_points_are_at_the_bound() -> None:
     assert 0.5 < np.mean([nees(f.points, f.covs) for f in found]) < 1.5
 
 
-@pytest.mark.parametrize(
-    ("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (0.3, 0.005, 4e-4), (1.0, 0.01, 8e-4)]
-)
+@pytest.mark.parametrize(("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (1.0, 0.01, 8e-4)])
 @pytest.mark.slow
 def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, shape: float) -> None:
     # All points share the errors of the gauge, so that a run counts little more than one of them.
@@ -88,34 +93,22 @@ def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, sh
     assert np.mean([nees(f.points, f.covs) for f in found]) < 1.5
 
 
-def test_the_size_of_the_poses_error_is_estimated_from_the_residuals() -> None:
-    small, large = adjusted(0, 0.1, 0.001), adjusted(0, 1.0, 0.01)
-    assert 5.0 < large.sizes.pose_sd / small.sizes.pose_sd < 20.0
-    assert large.sizes.extra_px < PIXEL_SD
-
-
-def test_the_residuals_of_adjusted_views_are_the_pixels_noise() -> None:
-    # Six observations a view are twelve numbers, of which its pose takes six.
-    expected = PIXEL_SD * np.sqrt(0.5)
-    assert np.median(adjusted(1, 0.3, 0.005).residual) == pytest.approx(expected, rel=0.3)
-
-
 def through(tracks: Tracks, radial: float) -> Tracks:
-    """The same seen by a lens with a radial distortion."""
+    """Return the tracks as seen by a lens with a radial distortion."""
     off = tracks.uv - [CAMERA.cx, CAMERA.cy]
     r2 = ((off / CAMERA.fx) ** 2).sum(axis=-1)
     return replace(tracks, uv=tracks.uv + off * (radial * r2)[..., None])
 
 
-@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (1.0, 0.01)])
 @pytest.mark.slow
 def test_a_lens_as_stated_is_left_alone(degrees: float, metres: float) -> None:
     found = [adjusted(seed, degrees, metres) for seed in range(12)]
     assert not any(f.lens_errors for f in found)
 
 
-@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
-@pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.1, 0.0), (0.98, 0.0), (1.0, -0.1)])
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (1.0, 0.01)])
+@pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.0, -0.1)])
 @pytest.mark.slow
 def test_a_wrong_lens_is_found_whatever_the_poses(
     stated: float, radial: float, degrees: float, metres: float
@@ -192,14 +185,6 @@ def test_stated_errors_are_believed() -> None:
     assert nees(found.points, found.covs) < 3.0
 
 
-def test_errors_beyond_the_stated_ones_are_estimated_from_the_residuals() -> None:
-    views = off(ring(), 7, 0.3, 0.005)
-    errors = stated(views, 0.003, 0.00005, PoseErrorKind.INDEPENDENT)
-    found = adjust(tracks_of(ring(), 7), views, CORNERS, errors)
-    assert np.degrees(found.sizes.pose_sd) == pytest.approx(0.35, rel=0.5)
-    assert shape_rms(found.points) < 4e-4
-
-
 def test_a_chain_carries_the_error_of_a_pose_on() -> None:
     # All poses are off alike: odometry allows that, and no picture shows it.
     views = ring()
@@ -211,17 +196,6 @@ def test_a_chain_carries_the_error_of_a_pose_on() -> None:
     sds = np.sqrt(np.trace(found.covs, axis1=1, axis2=2) / 3)
     np.testing.assert_allclose(sds, 0.05, rtol=0.2)
     assert shape_rms(found.points) < 2e-4
-
-
-def test_poses_once_corrected_are_still_judged_by_those_stated() -> None:
-    # The gauge is that of the poses as stated, wherever the search begins.
-    views = off(ring(), 8, 0.1, 0.001)
-    errors = stated(views, 0.1, 0.001, PoseErrorKind.INDEPENDENT)
-    here = adjust(tracks_of(ring(), 8), views, CORNERS, errors)
-    shift = np.array([0.003, -0.002, 0.001])
-    begun = tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre + shift)) for v in views)
-    there = adjust(tracks_of(ring(), 8), begun, CORNERS + shift, errors)
-    np.testing.assert_allclose(there.points, here.points, atol=5e-5)
 
 
 def test_the_adjustment_is_the_minimum_that_a_general_solver_finds() -> None:
@@ -261,14 +235,6 @@ def test_wrong_matches_have_no_say() -> None:
     assert shape_rms(found.points) < 5e-4
 
 
-def test_points_in_one_plane_are_adjusted_too() -> None:
-    flat = CORNERS * [1.0, 1.0, 0.0]
-    views = ring()
-    found = adjust(tracks_of(views, 9, flat), off(views, 9, 0.3, 0.005), flat)
-    assert np.abs(np.linalg.svd(found.points - found.points.mean(axis=0))[1][2]) < 0.002
-    assert np.isfinite(found.covs).all()
-
-
 def test_two_views_leave_finite_honest_covariances() -> None:
     views = ring()[:2]
     found = adjust(tracks_of(views, 10), off(views, 10, 0.1, 0.001), CORNERS)
@@ -282,7 +248,6 @@ def test_a_view_without_an_observation_stays_where_it_is() -> None:
     used[:, 5] = False
     found = adjust(replace(tracks, used=used), views, CORNERS)
     np.testing.assert_allclose(found.poses[5].centre, views[5].pose.centre, atol=1e-9)
-    assert np.isnan(found.residual[5])
 
 
 def test_identical_views_give_no_point_and_no_error() -> None:
@@ -309,3 +274,101 @@ def test_views_almost_alike_make_points_less_sure() -> None:
     alike = adjust(replace(tracks, weight=np.full(len(views), 0.25)), views, CORNERS)
     ratio = np.trace(alike.covs, axis1=1, axis2=2) / np.trace(apart.covs, axis1=1, axis2=2)
     assert 2.0 < np.median(ratio) < 5.0
+
+
+def cloud(count: int = 8) -> FloatArray:
+    return np.random.default_rng(0).normal(size=(count, 3))
+
+
+def motions(points: FloatArray) -> FloatArray:
+    """Return what a unit shift along and turn about each axis does to points: (n, 6, 3)."""
+    turns = [np.cross(axis, points) for axis in np.eye(3)]
+    shifts = [np.broadcast_to(axis, points.shape) for axis in np.eye(3)]
+    return np.stack([*shifts, *turns], axis=1)
+
+
+def test_a_common_shift_and_turn_are_not_in_them() -> None:
+    points = cloud()
+    shared = motions(points) * np.array([3.0, 1.0, 2.0, 0.1, 0.2, 0.3])[:, None]
+    own = np.tile(1e-6 * np.eye(3), (len(points), 1, 1))
+    covs = without_common_motion(points, own, shared)
+    assert np.trace(covs, axis1=1, axis2=2).max() < 3.1e-6
+
+
+def test_they_are_those_of_points_moved_onto_the_truth() -> None:
+    rng = np.random.default_rng(1)
+    points, count = cloud(6), 20_000
+    own = np.tile(np.eye(3), (6, 1, 1))
+    shared = rng.normal(size=(6, 5, 3))
+    errors = rng.normal(size=(count, 6, 3))
+    errors += np.einsum("cm,nmi->cni", rng.normal(size=(count, 5)), shared)
+    weight = 1.0 / np.trace(own + shared.transpose(0, 2, 1) @ shared, axis1=1, axis2=2)
+    rows = motions(points).transpose(0, 2, 1).reshape(18, 6)
+    root = np.repeat(np.sqrt(weight), 3)
+    best = np.linalg.lstsq(rows * root[:, None], (errors.reshape(count, 18) * root).T, rcond=None)
+    left = errors.reshape(count, 18) - (rows @ best[0]).T
+    found = np.einsum("cni,cnj->nij", left.reshape(count, 6, 3), left.reshape(count, 6, 3)) / count
+    np.testing.assert_allclose(without_common_motion(points, own, shared), found, atol=0.15)
+
+
+def test_one_point_is_nowhere_against_others() -> None:
+    covs = without_common_motion(np.ones((1, 3)), np.eye(3)[None], np.zeros((1, 2, 3)))
+    np.testing.assert_allclose(covs, 0.0, atol=1e-12)
+    assert without_common_motion(
+        np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2, 3))
+    ).shape == (
+        0,
+        3,
+        3,
+    )
+
+
+UV = np.array([[[319.5, 239.5], [50.0, 400.0], [600.0, 20.0]]]).transpose(1, 0, 2)
+
+
+def two_cameras(count: int = 6) -> tuple[View, ...]:
+    other = replace(CAMERA, fx=500.0, fy=510.0, cx=300.0)
+    views = ring(count)
+    return tuple(replace(v, camera=other) if k % 2 else v for k, v in enumerate(views))
+
+
+def spread(uv: FloatArray, views: int) -> FloatArray:
+    return np.tile(uv, (1, views, 1))
+
+
+@given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
+def test_a_pixel_freed_of_its_distortion_is_the_pinholes(focal: float, radial: float) -> None:
+    lenses = lenses_of(ring(3))
+    unknowns = np.array([[focal, radial]])
+    seen, _, _ = lenses.seen(unknowns, spread(UV, 3))
+    off = spread(UV, 3) - lenses.centre
+    np.testing.assert_allclose(
+        lenses.undistorted(unknowns, seen), lenses.centre + (1.0 + focal) * off, atol=1e-3
+    )
+
+
+@given(focal=st.floats(-0.2, 0.2), radial=st.floats(-0.3, 0.3))
+def test_derivatives_are_those_of_differences(focal: float, radial: float) -> None:
+    lenses = lenses_of(two_cameras())
+    unknowns = np.array([[focal, radial], [radial / 2, focal]])
+    uv, step = spread(UV, 6), 1e-6
+    at, by_pixel, by_lens = lenses.seen(unknowns, uv)
+    for axis in range(2):
+        moved = uv + step * np.eye(2)[axis]
+        change = (lenses.seen(unknowns, moved)[0] - at) / step
+        np.testing.assert_allclose(by_pixel[..., axis], change, atol=1e-4)
+        change = (lenses.seen(unknowns + step * np.eye(2)[axis], uv)[0] - at) / step
+        np.testing.assert_allclose(by_lens[..., axis], change, atol=1e-2)
+
+
+def test_a_camera_of_two_views_has_no_unknowns() -> None:
+    views = two_cameras(4)
+    lone = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)
+    views = (*ring(3), replace(views[0], camera=lone), replace(views[1], camera=lone))
+    lenses = lenses_of(views)
+    assert lenses.count == 1
+    unknowns = np.array([[0.1, 0.1]])
+    seen, _, by_lens = lenses.seen(unknowns, spread(UV, 5))
+    np.testing.assert_array_equal(seen[:, 3:], spread(UV, 2))
+    assert not by_lens[:, 3:].any()
+    assert [e.focal_sd for e in lenses.errors(unknowns, unknowns)] == [0.1] * 3 + [0.0] * 2

@@ -12,7 +12,6 @@ from facetlog.perception.estimation.lines.space_line import (
     line_of_images,
     line_of_images_recursion,
     line_of_points,
-    line_of_points_recursion,
     plane_of_lines,
     plane_of_lines_recursion,
 )
@@ -71,29 +70,6 @@ def test_chart_and_origin_change_neither_line_nor_covariance(seed):
     np.testing.assert_allclose(again.state.cov, line.state.cov, rtol=1e-4, atol=1e-9)
 
 
-def test_a_line_orthogonal_to_an_axis_is_not_in_its_chart():
-    line = SpaceLine(Chart.Z, State(np.zeros(4), np.eye(4)), np.zeros(3))
-    with pytest.raises(ValueError, match="orthogonal"):
-        line.in_chart(Chart.X)
-
-
-@pytest.mark.parametrize("axis", range(3))
-def test_a_line_along_each_axis_is_found_in_its_chart(axis):
-    rng = np.random.default_rng(axis)
-    points = np.linspace(-1, 1, 8)[:, None] * np.eye(3)[axis] + [3.0, -2.0, 5.0]
-    *_, last = line_of_points_recursion(*_noisy(rng, points))
-    assert last.chart == axis
-    assert np.abs(last.state.mean[:2]).max() < 0.1
-
-
-def test_the_recursion_changes_its_chart_as_the_line_turns_out_otherwise():
-    start = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.9]])
-    points = np.vstack([start, *(k * np.array([[0.1, 0.0, 0.15]]) for k in range(1, 9))])
-    sds = np.array([SD] * 2 + [SD / 100] * 8)
-    lines = list(line_of_points_recursion(points, sds[:, None, None] ** 2 * np.eye(3)))
-    assert (lines[0].chart, lines[-1].chart) == (Chart.X, Chart.Z)
-
-
 @settings(max_examples=25)
 @given(SEEDS)
 def test_a_line_of_views_is_the_same_in_every_frame_unit_and_order(seed):
@@ -131,15 +107,6 @@ def test_the_recursion_over_views_ends_at_the_fit_in_any_order():
     assert np.quantile(off, 0.97) < 0.3
 
 
-def test_each_view_makes_the_line_surer():
-    rng = np.random.default_rng(1)
-    projections = list(ring(12))
-    images = _pictures(rng, np.array([[-0.2, 0.0, 0.0], [0.2, 0.1, 0.2]]), np.array(projections))
-    sds = [line.state.cov[0, 0] for line in line_of_images_recursion(images, projections)]
-    assert len(sds) >= 5
-    assert (np.diff(sds) < 0).all()
-
-
 def test_views_from_one_plane_with_the_line_give_no_depth():
     rng = np.random.default_rng(2)
     projections = np.repeat(ring(12)[:1], 3, axis=0)
@@ -147,11 +114,6 @@ def test_views_from_one_plane_with_the_line_give_no_depth():
     with pytest.raises(ValueError, match="no depth"):
         line_of_images([images[0]] * 3, list(projections))
     assert list(line_of_images_recursion([images[0]] * 3, list(projections))) == []
-
-
-def test_one_point_makes_no_line():
-    with pytest.raises(ValueError, match="no line"):
-        line_of_points(np.zeros((1, 3)), np.zeros((1, 3, 3)))
 
 
 def _lines_in(rng, axes, middle, count=5):

@@ -38,8 +38,8 @@ def test_what_a_step_adds_does_not_depend_on_the_drift_before_it() -> None:
         carried[:3, 3:] = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
         cov += carried @ shared @ carried.T
     again = pose_chain(poses, before, ABOUT, 40.0)
-    assert again.steps == pytest.approx(chain.steps, rel=1e-6, abs=1e-12)
-    assert again.first[2, 2] == pytest.approx(chain.first[2, 2] + 0.02**2)
+    assert again.covs[1:] == pytest.approx(chain.covs[1:], rel=1e-6, abs=1e-12)
+    assert again.covs[0][2, 2] == pytest.approx(chain.covs[0][2, 2] + 0.02**2)
 
 
 def test_where_odometry_began_anew_both_drifts_are_in_the_step() -> None:
@@ -49,8 +49,8 @@ def test_where_odometry_began_anew_both_drifts_are_in_the_step() -> None:
     poses = [view.pose for view in views]
     chain = pose_chain(poses, np.concatenate([first, second[1:]]), ABOUT, 40.0)
     apart = pose_chain(poses[:4], first, ABOUT, 40.0)
-    of_turns = chain.steps[:, 2, 2]
-    assert of_turns[3] == pytest.approx(3 * 0.01**2 + 0.01**2 + apart.first[2, 2], rel=0.1)
+    of_turns = chain.covs[1:][:, 2, 2]
+    assert of_turns[3] == pytest.approx(3 * 0.01**2 + 0.01**2 + apart.covs[0][2, 2], rel=0.1)
     assert of_turns[4] == pytest.approx(of_turns[0])
 
 
@@ -64,10 +64,11 @@ def test_steps_have_the_covariance_of_many_drawn_drifts() -> None:
         drawn.append([_twist(a.pose, b.pose) for a, b in zip(views, off, strict=True)])
     steps = np.diff(np.array(drawn), axis=1)
     of_heading = steps[:, :, 2].std(axis=0)
-    assert of_heading == pytest.approx(np.sqrt(chain.steps[:, 2, 2]), rel=0.5)
-    assert (of_heading <= np.sqrt(chain.steps[:, 2, 2])).all()  # the views' own errors come on top
+    assert of_heading == pytest.approx(np.sqrt(chain.covs[1:][:, 2, 2]), rel=0.5)
+    # The views' own errors come on top.
+    assert (of_heading <= np.sqrt(chain.covs[1:][:, 2, 2])).all()
     for axis in (3, 4):
-        assert (steps[:, :, axis].std(axis=0) <= 1.1 * np.sqrt(chain.steps[:, axis, axis])).all()
+        assert (steps[:, :, axis].std(axis=0) <= 1.1 * np.sqrt(chain.covs[1:][:, axis, axis])).all()
 
 
 def _twist(true: Pose, off: Pose) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

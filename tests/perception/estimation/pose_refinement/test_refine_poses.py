@@ -62,28 +62,6 @@ def test_poses_that_are_right_stay_where_they_are() -> None:
     assert turn < np.radians(0.3)
 
 
-def test_pictures_that_show_nothing_leave_the_poses_as_they_are() -> None:
-    true = tour("block")[:7]
-    grey = [replace(v, image=np.full_like(v.image, 90)) for v in true]
-    given, covs = with_drift(grey, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
-    found = refined_views(given, covs)
-    assert found.views == given
-    assert (found.shift, found.turn) == (0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_the_correction_is_reported_once_with_the_option_against_it() -> None:
-    true = _in_metres(tour("block")[:10])
-    given, covs = with_drift(true, np.random.default_rng(1), turn_sd=2 * TURN_SD, way_sd=0.02)
-    view_set = ViewSet("tour", given, metric=True, pose_errors=_stated(given, covs))
-    found = with_refined_poses(view_set)
-    (line,) = found.problems
-    assert " cm and " in line
-    assert "--keep-poses" in line
-    with pytest.raises(ValueError, match="covariances"):
-        with_refined_poses(replace(view_set, pose_errors=None))
-
-
 def test_errors_of_single_poses_are_left_to_the_adjustment() -> None:
     true = _in_metres(tour("block")[:6])
     _, covs = with_drift(true, np.random.default_rng(1), turn_sd=TURN_SD, way_sd=0.02)

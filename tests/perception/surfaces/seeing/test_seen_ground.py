@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.gradients import gradient
+from facetlog.perception.detection.coarse_pictures import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.seeing.ground_lattice import GroundLattice

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
@@ -68,11 +67,6 @@ def test_a_line_that_no_view_sees_is_hidden_by_a_surface() -> None:
     assert not seen_through(drawn([]))
 
 
-def test_a_surface_before_one_line_is_none_before_another() -> None:
-    hidden = [BEHIND + np.array([0.0, y, 0.0]) for y in (-3.0, -2.0, 2.0, 3.0)]
-    assert seen_through(drawn([BEHIND]), behind=[BEHIND, *hidden])
-
-
 def test_what_is_seen_through_a_hole_says_nothing() -> None:
     hole = SQUARE[::-1] * np.array([0.9, 0.9, 1.0])
     assert not seen_through(drawn([BEHIND]), holes=[hole])
@@ -82,40 +76,3 @@ def test_texture_that_all_views_see_makes_no_line_behind() -> None:
     # Grain: in each view one of its lines is where the line behind would be.
     grain = [pixel_incidence(pose.centre) for pose in POSES]
     assert not seen_through(drawn(grain))
-
-
-def test_texture_is_recognised_where_the_views_see_it_apart_from_the_line() -> None:
-    # So near behind that views side by side see it at the same place of the outline.
-    near = BEHIND * np.array([1.0, 1.0, 0.0]) - np.array([0.0, 0.0, 8.0 * PIXEL])
-    assert seen_through(drawn([near]), behind=[near])
-
-
-def test_a_line_before_the_outline_says_nothing() -> None:
-    before = BEHIND * np.array([1.0, 1.0, -1.0])
-    assert not seen_through(drawn([before]), behind=[before])
-
-
-def test_a_line_pays_for_its_choice_among_depths() -> None:
-    views = drawn([BEHIND])
-    maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
-    sides, everyone = SideJudge(views, maps, weight), np.arange(len(views))
-    ratio = float(sides.evidence(everyone, BEHIND[None]).ratio.sum())
-    score = lines_behind(views, [BEHIND]).score(SQUARE, UP, everyone)
-    assert score == pytest.approx(ratio - np.log(400.0 / 5.0))
-
-
-def test_without_views_there_is_nothing_to_see() -> None:
-    none = np.zeros(0, dtype=np.intp)
-    assert lines_behind(drawn([BEHIND]), [BEHIND]).score(SQUARE, UP, none) == 0.0
-
-
-def test_what_of_a_long_line_lies_beyond_the_outline_says_nothing() -> None:
-    along = BEHIND[1] - BEHIND[0]
-    middle = BEHIND.mean(axis=0)
-    views = drawn([middle + np.array([[-8.0], [8.0]]) * along])
-    everyone = np.arange(len(views))
-    # however long the line, and wherever its samples fall
-    ends = [[-3.0, 3.0], [-7.5, 7.5], [-7.2, 7.8], [-7.8, 7.2], [-8.0, 6.0]]
-    lines = [middle + np.array(pair)[:, None] * along for pair in ends]
-    scores = [lines_behind(views, [line]).score(SQUARE, UP, everyone) for line in lines]
-    assert min(scores) > 0.9 * max(scores) > 0.0

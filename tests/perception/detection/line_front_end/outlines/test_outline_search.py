@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.line_front_end.outlines.outline_search import (
-    KEEP,
     MIN_SIDE_PX,
     find_outlines,
 )
@@ -59,52 +58,11 @@ def test_the_outline_of_exact_sides_comes_first(shape: str, seed: int, scale: fl
     np.testing.assert_allclose(best.coverage, 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_side_i_runs_on_its_line_from_corner_i(shape: str) -> None:
-    corners = placed(SHAPES[shape], np.eye(3))
-    segments = sides_of(corners)
-    for outline in outlines_of(corners):
-        for i, line in enumerate(outline.lines):
-            a, b = segments[line]
-            unit = (b - a) / np.linalg.norm(b - a)
-            for corner in (outline.corners[i], np.roll(outline.corners, -1, axis=0)[i]):
-                assert np.linalg.norm(np.cross(corner - a, unit)) < 1e-9
-
-
-def test_the_order_of_the_lines_does_not_matter() -> None:
-    corners = placed(L_SHAPE, np.eye(3))
-    order = np.array([4, 1, 5, 0, 3, 2])
-    best = outlines_of(corners, sides_of(corners)[order])[0]
-    assert same_ring(best.corners, corners)
-
-
-def test_sides_that_stop_short_of_their_corner_still_meet() -> None:
-    corners = placed(SQUARE, np.eye(3))
-    segments = sides_of(corners)
-    middle = segments.mean(axis=1, keepdims=True)
-    best = outlines_of(corners, middle + 0.85 * (segments - middle))[0]
-    assert same_ring(best.corners, corners)
-    np.testing.assert_allclose(best.coverage, 0.85, atol=0.01)
-
-
 def test_a_printed_line_does_not_halve_a_face() -> None:
     corners = placed(SQUARE, np.eye(3))
     texture_line = placed(np.array([[0.0, 0.5], [1.0, 0.5]]), np.eye(3))
     best = outlines_of(corners, np.concatenate([sides_of(corners), texture_line[None]]))[0]
     assert same_ring(best.corners, corners)
-
-
-def test_an_l_is_not_taken_for_its_rectangle() -> None:
-    corners = placed(L_SHAPE, np.eye(3))
-    best, *others = outlines_of(corners)
-    assert len(best.lines) == 6
-    assert all(o.score < best.score for o in others)
-
-
-def test_an_outline_with_a_side_missing_is_none() -> None:
-    corners = placed(SQUARE, np.eye(3))
-    assert outlines_of(corners, covered=np.array([1.0, 0.3, 1.0, 1.0])) == ()
-    assert len(outlines_of(corners, covered=np.array([1.0, 0.7, 1.0, 0.8]))) == 1
 
 
 def test_slivers_are_rejected() -> None:
@@ -121,21 +79,3 @@ def test_crossing_sides_are_no_outline() -> None:
     plane = plane_of(placed(SQUARE, np.eye(3)), 4)
     found = find_outlines(plane, cloud(segments), exact_profiles(segments))
     assert all(len(o.lines) == 3 for o in found)  # its two triangles at most
-
-
-def test_few_are_kept_and_the_best_first() -> None:
-    grid = [[[0.0, k / 4], [1.0, k / 4]] for k in range(5)]
-    grid += [[[k / 4, 0.0], [k / 4, 1.0]] for k in range(5)]
-    segments = np.array([placed(np.array(line), np.eye(3)) for line in grid])
-    corners = placed(SQUARE, np.eye(3))
-    found = outlines_of(corners, segments)
-    assert len(found) == KEEP
-    assert same_ring(found[0].corners, corners)
-    score = [o.score for o in found]
-    assert score == sorted(score, reverse=True)
-
-
-@pytest.mark.parametrize("count", [0, 1, 2])
-def test_fewer_than_three_lines_enclose_nothing(count: int) -> None:
-    corners = placed(SQUARE, np.eye(3))
-    assert outlines_of(corners, sides_of(corners)[:count]) == ()

@@ -1,10 +1,12 @@
-"""Borders of regions as polygons, their sides on lines where there are any."""
+"""Regions of a plane on which the pictures agree, and their borders as polygons."""
 
 import cv2
 import numpy as np
 import pytest
 import shapely
 
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.outlines.plane_regions import RegionFinder
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     border,
     outline_polygon,
@@ -12,7 +14,12 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
     without_short_sides,
     without_straight_corners,
 )
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_basis,
+)
 from facetlog.perception.types import FloatArray
+from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 SIZE = 120
 
@@ -58,15 +65,6 @@ def test_a_region_between_lines_has_its_corners_where_they_cross(name: str) -> N
     assert away.max() < 0.1
 
 
-def test_lines_that_cover_part_of_a_side_are_enough() -> None:
-    true = np.array(SHAPES["square"], dtype=float)
-    pieces = sides(true)
-    middle = pieces.mean(axis=1, keepdims=True)
-    found = outline_polygon(filled(true), middle + 0.7 * (pieces - middle))
-    assert found is not None
-    assert np.linalg.norm(found[:, None] - true[None], axis=-1).min(axis=0).max() < 0.5
-
-
 @pytest.mark.parametrize("lines", [[], [0, 1, 2]])
 def test_a_side_without_a_line_follows_the_region(lines: list[int]) -> None:
     true = np.array(SHAPES["square"], dtype=float)
@@ -74,30 +72,6 @@ def test_a_side_without_a_line_follows_the_region(lines: list[int]) -> None:
     assert found is not None
     overlap = shapely.Polygon(found).symmetric_difference(shapely.Polygon(true)).area
     assert overlap < 0.06 * shapely.Polygon(true).area
-
-
-def test_a_disc_becomes_a_polygon_of_many_sides_though_chords_lie_on_its_rim() -> None:
-    turn = np.linspace(0, 2 * np.pi, 73)[:-1]
-    rim = 60 + 45 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    chords = sides(rim[::6])
-    found = outline_polygon(filled(rim), chords)
-    assert found is not None
-    assert 8 <= len(found) <= 40
-    disc = shapely.Polygon(rim)
-    assert shapely.Polygon(found).symmetric_difference(disc).area < 0.06 * disc.area
-
-
-def test_outlines_run_counter_clockwise() -> None:
-    for corners in SHAPES.values():
-        found = outline_polygon(filled(np.array(corners, dtype=float)), np.zeros((0, 2, 2)))
-        assert found is not None
-        assert shapely.LinearRing(found).is_ccw
-
-
-def test_a_speck_is_no_outline() -> None:
-    cells = np.zeros((SIZE, SIZE), np.uint8)
-    cv2.circle(cells, (5, 5), 0, 1, -1)
-    assert outline_polygon(border(cells), np.zeros((0, 2, 2))) is None
 
 
 def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
@@ -119,11 +93,6 @@ def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
         assert both / polygon.union(shapely.Polygon(true)).area > 0.85
 
 
-def test_a_polygon_is_rough_only_with_fewer_sides_than_there_are() -> None:
-    ring = filled(np.array(SHAPES["square"], dtype=float))
-    assert list(rough_polygons(ring, 4)) == []
-
-
 def test_a_blunt_corner_becomes_the_crossing_of_its_sides() -> None:
     blunt = np.array([[0.0, 0], [97, 0], [100, 3], [100, 100], [0, 100]])
     sharp = without_short_sides(blunt, 5.0)
@@ -133,20 +102,6 @@ def test_a_blunt_corner_becomes_the_crossing_of_its_sides() -> None:
     np.testing.assert_array_equal(without_short_sides(blunt, 4.0), blunt)
 
 
-def test_a_kink_in_a_straight_side_goes_and_a_triangle_stays() -> None:
-    kinked = np.array([[0.0, 0], [50, 0], [52, 0.2], [100, 0], [50, 90]])
-    assert len(without_short_sides(kinked, 4.0)) == 4
-    small = np.array([[0.0, 0], [1, 0], [0, 1]])
-    np.testing.assert_array_equal(without_short_sides(small, 4.0), small)
-
-
-@pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("first", range(3))
-def test_long_sides_stay_whichever_corner_comes_first(name: str, first: int) -> None:
-    corners = np.roll(np.array(SHAPES[name], dtype=float), first, axis=0)
-    np.testing.assert_array_equal(without_short_sides(corners, 4.0), corners)
-
-
 def test_a_corner_within_a_straight_side_is_none() -> None:
     true = np.array(SHAPES["square"], dtype=float)
     split = np.insert(true, 1, (true[0] + 2 * true[1]) / 3 + [0.0, 0.3], axis=0)
@@ -154,7 +109,45 @@ def test_a_corner_within_a_straight_side_is_none() -> None:
     np.testing.assert_array_equal(without_straight_corners(split, 0.1), split)
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_corners_that_turn_stay(name: str) -> None:
-    corners = np.array(SHAPES[name], dtype=float)
-    np.testing.assert_array_equal(without_straight_corners(corners, 1.0), corners)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def finder(rig: Rig, segments: FloatArray) -> RegionFinder:
+    levels = GreyLevels(rig.views, rig.maps)
+    return RegionFinder(rig.views, levels, np.ones(len(rig.views)), segments, None, rig.pixel)
+
+
+def plane_of(rig: Rig, lines: FloatArray) -> PlaneHypothesis:
+    top, normal = rig.top
+    return PlaneHypothesis(normal, float(normal @ top[0]), np.arange(len(lines)))
+
+
+def overlap(one: FloatArray, other: FloatArray, normal: FloatArray) -> float:
+    a, b = (shapely.Polygon(c @ plane_basis(normal)).buffer(0) for c in (one, other))
+    return float(a.intersection(b).area / a.union(b).area)
+
+
+def best(rig: Rig, lines: FloatArray) -> float:
+    top, normal = rig.top
+    found = finder(rig, lines).outlines(plane_of(rig, lines), lines, 1.0, rig.untaken)
+    return max((overlap(corners, top, normal) for corners, _ in found), default=0.0)
+
+
+def test_a_face_between_its_lines_is_a_region_with_their_corners() -> None:
+    rig = block_rig()
+    assert best(rig, sides(rig.top[0])) > 0.99
+
+
+@pytest.mark.parametrize("kept", [[0], [0, 1], [1, 2, 3]])
+def test_a_face_of_which_few_lines_are_known_is_a_region_all_the_same(kept: list[int]) -> None:
+    rig = block_rig()
+    lines = sides(rig.top[0])[kept]
+    # One side tells nothing of how far the plane goes on across it.
+    assert best(rig, lines) > (0.9 if len(kept) > 1 else 0.0)
+
+
+def test_no_view_looks_at_a_plane_from_below_the_floor() -> None:
+    rig = block_rig()
+    lines = sides(rig.top[0]) - 20.0 * UP
+    plane = PlaneHypothesis(UP, float(lines[0, 0, 2]), np.arange(4))
+    assert not list(finder(rig, lines).outlines(plane, lines, -1.0, rig.untaken))

@@ -1,21 +1,27 @@
-"""Which plane is the ground."""
-
-from dataclasses import replace
+"""The plane of the ground, and up where nobody states it."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground, find_ground
+from facetlog.perception.detection.line_front_end.planes.level_direction import (
+    held_up,
+    level_direction,
+)
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
     plane_hypotheses,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
-from facetlog.perception.types import FloatArray
-from facetlog.robot.tour import ring_poses
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.types import FloatArray, Pose, View
+from facetlog.robot.rendering.views import random_similarity
+from facetlog.robot.tour import ring_poses, tour_camera
 from tests.perception.detection.drawings import view
 from tests.perception.detection.line_front_end.ideal_lines import exact_ends
+from tests.rendered import tour
 
 PIXEL = 0.01
 DISTANCE = 4.2
@@ -65,17 +71,6 @@ def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> No
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
-def test_two_sides_of_a_foot_give_the_ground_though_an_upright_is_followed_below_it() -> None:
-    # Two lines that meet make no plane of their own.
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0.001]]])
-    upright = np.array([[[0.4, -0.4, -0.1], [0.4, -0.4, 0.7]]])
-    lines = cloud(grid(0.7, 0.4), foot, upright)
-    score = np.array([10.0] * 10 + [20.0, 20.0, 30.0])
-    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
-    assert ground is not None
-    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
-
-
 def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     legs = np.array([[[x, 0.0, 0.0], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
     lines = cloud(grid(0.7, 0.4), legs)
@@ -85,47 +80,13 @@ def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
 
 
-def test_a_chance_line_below_few_lines_is_not_the_ground() -> None:
-    # Of few lines one is more than a few per cent; two sides of a foot are more than one line.
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
-    chance = np.array([[[-0.3, 0.5, -0.3], [0.2, 0.6, -0.3]]])
-    lines = cloud(grid(0.7, 0.4), foot, chance)
-    score = np.array([7.0] * 10 + [10.0, 10.0, 4.0])
-    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
-    assert ground is not None
-    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
-
-
-def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
-    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
-    chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
-    lines = cloud(grid(0.7, 0.4), foot, chance)
-    score = np.array([50.0] * (len(lines.segments) - 1) + [5.0])
-    for known in (planes(lines), ()):
-        ground = find_ground(known, lines, score, VIEWS, DISTANCE, UP)
-        assert ground is not None
-        np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
-
-
 def test_where_up_is_not_known_and_everything_is_above_no_plane_there_is_no_ground() -> None:
     lines = cloud(grid(0.7, 0.4), np.array([[[0.4, 0.4, 0.7], [0.4, 0.4, 0.0]]] * 3))
     assert find_ground((), lines, equal(lines), VIEWS, DISTANCE, None) is None
     assert find_ground(planes(lines), lines, equal(lines), VIEWS, DISTANCE, None) is None
 
 
-def test_no_segments_have_no_ground() -> None:
-    nothing = replace(cloud(grid(0.0, 1.0)), segments=np.zeros((0, 2, 3)))
-    assert find_ground((), nothing, equal(nothing), VIEWS, DISTANCE, UP) is None
-
-
 LEVEL = Ground(UP, 0.0, 0.05, np.array([[0.0, -3.0, 2.0], [3.0, 0.0, 2.0]]), 3.6)
-
-
-def test_far_away_a_point_is_on_the_ground_as_well_as_its_depth_is_known() -> None:
-    near, far = np.array([[0.0, 0.0, 0.1]]), np.array([[-20.0, 20.0, 0.1]])
-    assert not LEVEL.holds(near).any()
-    assert LEVEL.holds(far).all()
-    assert not LEVEL.holds(far + 10 * UP).any()
 
 
 @given(st.floats(-0.5, 1.5), st.floats(0.0, 6.3))
@@ -143,13 +104,6 @@ def test_what_lies_below_the_ground_is_cut_off(height: float, turn: float) -> No
     np.testing.assert_allclose(area, left, atol=1e-9)
 
 
-def test_rays_meet_the_ground_behind_what_stands_on_it_and_not_above_the_horizon() -> None:
-    eye = np.array([0.0, -2.0, 1.0])
-    points, meets = LEVEL.behind(eye, np.array([[0.0, -1.0, 0.5], [0.0, -1.0, 1.0], [0.0, 0, 3.0]]))
-    assert meets.tolist() == [True, False, False]
-    np.testing.assert_allclose(points[0], [0.0, 0.0, 0.0], atol=1e-12)
-
-
 @given(st.floats(0.2, 3.0), st.floats(0.0, 6.3), st.floats(-1.0, 1.0))
 def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean: float) -> None:
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
@@ -164,7 +118,72 @@ def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean
     np.testing.assert_allclose((ring[2] - ring[1]) @ along, 0.0, atol=1e-9)
 
 
-def test_nothing_goes_down_from_a_level_plane_or_from_the_ground() -> None:
-    side = np.array([[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]])
-    assert len(LEVEL.down_from(side, UP)) == 0
-    assert len(LEVEL.down_from(side - 0.48 * UP, np.array([0.0, 1.0, 0.0]))) == 0
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def views_from(elevation: float, rolled: float = 0.0) -> tuple[View, ...]:
+    """Twelve blank views from a ring that high above the horizon, rolled about their axes."""
+    c, s = np.cos(np.deg2rad(rolled)), np.sin(np.deg2rad(rolled))
+    roll = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    poses = ring_poses([0.0, 0.0, 0.0], 30.0, (elevation,), 12)
+    blank = np.zeros((480, 640), np.uint8)
+    return tuple(
+        View(f"{k}.png", blank, tour_camera(), Pose(pose.rotation @ roll, pose.centre))
+        for k, pose in enumerate(poses)
+    )
+
+
+def lines(directions: FloatArray) -> FloatArray:
+    """Segments (n, 2, 3) of length one along directions (n, 3), anywhere."""
+    starts = np.random.default_rng(0).uniform(-1.0, 1.0, directions.shape)
+    return np.stack([starts, starts + directions], axis=1)
+
+
+def level_and_upright(count: int) -> FloatArray:
+    turns = np.random.default_rng(1).uniform(0.0, np.pi, count)
+    level = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(count)])
+    return np.concatenate([level, np.tile(UP, (count // 3, 1))])
+
+
+def degrees_off(up: FloatArray | None) -> float:
+    assert up is not None
+    return float(np.degrees(np.arccos(np.clip(up @ UP, -1.0, 1.0))))
+
+
+def test_up_is_square_to_what_is_level_and_along_what_is_upright() -> None:
+    ways = level_and_upright(12)
+    ways += np.random.default_rng(2).normal(scale=0.003, size=ways.shape)
+    found = level_direction(lines(ways), np.ones(len(ways)), views_from(30.0))
+    assert degrees_off(found) < 0.3
+
+
+def test_lines_in_all_directions_tell_nothing() -> None:
+    ways = np.random.default_rng(3).normal(size=(200, 3))
+    assert level_direction(lines(ways), np.ones(200), views_from(30.0)) is None
+    assert level_direction(np.zeros((0, 2, 3)), np.zeros(0), views_from(30.0)) is None
+
+
+@pytest.mark.parametrize("rolled", [90.0, 180.0])
+def test_cameras_that_were_not_held_upright_tell_nothing_above_the_ground(rolled: float) -> None:
+    ways = level_and_upright(12)
+    views = views_from(20.0, rolled)
+    found = level_direction(lines(ways), np.ones(len(ways)), views)
+    assert found is None or float(found @ UP) < -0.9
+    assert not held_up(views, UP)
+
+
+@pytest.mark.parametrize("rolled", [0.0, 30.0])
+def test_the_grounds_normal_is_up_if_the_cameras_were_held_so(rolled: float) -> None:
+    views = views_from(20.0, rolled)
+    assert held_up(views, UP)
+    assert not held_up(views, np.array([1.0, 0.0, 0.0]))  # a wall
+
+
+@pytest.mark.parametrize("world", ["wedge", "stool"])
+@pytest.mark.slow
+def test_a_scene_in_any_frame_has_the_up_of_its_ground(world: str) -> None:
+    frame = random_similarity(np.random.default_rng(5))
+    scene = reconstruct([frame.view(view) for view in tour(world)[::2]], name=world)
+    assert scene.up is not None
+    assert float(scene.up @ (frame.rotation @ UP)) > np.cos(np.deg2rad(1.0))
+    assert any(said.startswith("up is not stated: it is that of the") for said in scene.warnings)

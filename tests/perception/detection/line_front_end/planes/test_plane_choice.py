@@ -1,24 +1,75 @@
-"""Which plane hypotheses to search."""
+"""Planes among exact segments, and which of them to search."""
 
 import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     choose_planes,
     plane_cov,
-    same_plane,
 )
-from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_hypotheses,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
-from tests.perception.detection.line_front_end.ideal_lines import exact_ends
+from facetlog.robot.rendering.solids import cuboid
+from facetlog.robot.rendering.views import random_similarity
+from tests.perception.detection.line_front_end.ideal_lines import (
+    PIXEL,
+    exact_ends,
+)
 
-PIXEL = 0.01
+BLOCK = cuboid(3.0, 2.0, 1.0)
+
+
+def planes_of(segments, support, pixel: float) -> tuple[PlaneHypothesis, ...]:
+    return plane_hypotheses(segments, exact_ends(segments), support, pixel)
+
+
+def edges_of(solid):
+    return solid.vertices[np.array(solid.edges)]
+
+
+def normals(planes) -> set[tuple[float, ...]]:
+    """Planes by their normals, each turned the same way."""
+    named = set()
+    for plane in planes:
+        largest = np.argmax(np.abs(plane.normal))
+        normal = plane.normal * np.sign(plane.normal[largest])
+        distance = plane.distance * np.sign(plane.normal[largest])
+        named.add(tuple(np.round([*normal, distance], 6) + 0.0))
+    return named
+
+
+def test_a_block_has_six_planes_of_four_edges() -> None:
+    planes = planes_of(edges_of(BLOCK), np.ones(12), PIXEL)
+    assert normals(planes) == {
+        (1, 0, 0, 1.5), (1, 0, 0, -1.5), (0, 1, 0, 1), (0, 1, 0, -1), (0, 0, 1, 0), (0, 0, 1, 1)
+    }  # fmt: skip
+    assert all(len(p.lines) == 4 for p in planes)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
+def test_planes_turn_and_grow_with_the_world(seed: int, scale: float) -> None:
+    frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=2.0)
+    moved = frame.scale * edges_of(BLOCK) @ frame.rotation.T + frame.shift
+    planes = planes_of(moved, np.ones(12), PIXEL * scale)
+    assert len(planes) == 6
+    for plane in planes:
+        away = moved[plane.lines] @ plane.normal - plane.distance
+        assert np.abs(away).max() < 1e-9 * scale + 1e-12
+        assert np.linalg.norm(plane.normal) == pytest.approx(1.0)
+
+
 UP = np.array([0.0, 0.0, 1.0])
 CORNERS = np.array([[0.0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-SQUARE = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
+RIM = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
 
 
 def cloud(segments: FloatArray) -> LineCloud:
@@ -36,9 +87,7 @@ def surface(plane: PlaneHypothesis) -> NDArray[np.bool_]:
 
 def test_a_plane_that_is_there_twice_is_taken_once() -> None:
     tilted = PlaneHypothesis(np.array([0.0, np.sin(0.01), np.cos(0.01)]), 1.0, np.arange(3))
-    (only,) = choose_planes(
-        (level(1.0, 4), tilted), cloud(SQUARE), np.full(4, 9.0), None, surface, 1
-    )
+    (only,) = choose_planes((level(1.0, 4), tilted), cloud(RIM), np.full(4, 9.0), None, surface, 1)
     assert only.bound == 36.0
     assert only.sides == (1.0, -1.0)
     assert len(only.plane.lines) == 4
@@ -61,33 +110,21 @@ def test_planes_through_the_same_lines_score_less_and_less() -> None:
     np.testing.assert_allclose([c.bound for c in chosen], 105.0)
 
 
-def test_lines_on_the_ground_do_not_count() -> None:
-    low = SQUARE - UP
-    ground = Ground(UP, 0.0, 6 * PIXEL, np.array([[0.0, -3.0, 2.0]]), 3.0)
-    score = np.full(4, 50.0)
-    assert len(choose_planes((level(1.0, 4),), cloud(SQUARE), score, ground, surface, 16.0)) == 1
-    assert choose_planes((level(0.0, 4),), cloud(low), score, ground, surface, 16.0) == ()
-
-
-def test_no_planes_are_none() -> None:
-    assert choose_planes((), cloud(SQUARE), np.ones(4), None, surface, 1.0) == ()
-
-
 def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
     def from_above_at_two(plane: PlaneHypothesis) -> NDArray[np.bool_]:
         return np.array([[True, True, False, False], [False] * 4])
 
     score = np.full(4, 10.0)
-    (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 16.0)
+    (plane,) = choose_planes((level(1.0, 4),), cloud(RIM), score, None, from_above_at_two, 16.0)
     assert plane.bound == 20.0
     assert plane.sides == (1.0,)
-    assert not choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 25.0)
+    assert not choose_planes((level(1.0, 4),), cloud(RIM), score, None, from_above_at_two, 25.0)
 
 
 def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
     near, far = np.array([[0.5, 0.5, 1.0]]), np.array([[9.0, 0.5, 1.0]])
     four, one = level(1.0, 4), PlaneHypothesis(UP, 1.0, np.array([0]))
-    lines = cloud(SQUARE)
+    lines = cloud(RIM)
 
     def sds(plane: PlaneHypothesis, points: FloatArray, slope: float = OPEN_SLOPE) -> FloatArray:
         return np.sqrt(np.diagonal(plane_cov(plane, lines, points, slope)))
@@ -109,11 +146,3 @@ def test_corners_near_together_share_the_error_of_a_plane() -> None:
     across = np.sqrt(cov[0, 0] + cov[2, 2] - 2 * cov[0, 2])
     assert (sds > 0.3 * PIXEL).all()
     assert across < 1.01 * slope * 0.1 < 0.2 * sds.min()
-
-
-def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
-    one = level(1.0, 4)
-    steep = PlaneHypothesis(np.array([1.0, 0.0, 0.0]), 0.0, np.arange(4))
-    others = [level(1.0 + PIXEL, 4), level(1.0 + 5 * PIXEL, 4), steep]
-    assert same_plane(one, CORNERS, others, PIXEL).tolist() == [True, False, False]
-    assert not len(same_plane(one, CORNERS, [], PIXEL))

@@ -1,37 +1,15 @@
 """Planes through texture points."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.planes.plane_choice import (
-    ChosenPlane,
-)
-from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
-from facetlog.perception.detection.line_front_end.planes.texture_choice import (
-    as_hypothesis,
-    with_texture_planes,
-)
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
-    patch_box,
-    shown_patches,
     texture_planes,
 )
 from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
-from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
-from tests.perception.detection.line_front_end.printed_disc import HEIGHT, printed_rig
 
 PIXEL = 0.01
 SD = 0.01
-
-
-def cloud_of(segments: FloatArray, pixel: float = PIXEL) -> LineCloud:
-    count = len(segments)
-    covs = np.zeros((count, 2, 3, 3))
-    return LineCloud(segments, covs, np.full(count, 3.0), np.zeros(count), pixel)
-
-
-NO_LINES = cloud_of(np.zeros((0, 2, 3)))
 
 
 def texture_of(points: FloatArray) -> TexturePoints:
@@ -65,25 +43,10 @@ def test_points_anywhere_are_no_patch() -> None:
         assert texture_planes(texture_of(points), PIXEL) == ()
 
 
-def test_few_points_are_no_patch() -> None:
-    rng = np.random.default_rng(0)
-    for count in (0, 1, 3, 5):
-        assert texture_planes(texture_of(level(rng, count, 0.0)), PIXEL) == ()
-
-
 def test_points_on_a_line_or_in_a_place_raise_nothing() -> None:
     line = np.linspace(0, 1, 20)[:, None] * np.array([1.0, 2.0, 3.0])
     texture_planes(texture_of(line), PIXEL)
     texture_planes(texture_of(np.zeros((20, 3))), PIXEL)
-
-
-def test_texture_on_two_things_of_one_height_is_two_patches() -> None:
-    rng = np.random.default_rng(1)
-    apart = level(rng, 60, 0.0, 0.2) + np.array([[3.0, 0.0, 0.0]])
-    points = np.concatenate([level(rng, 60, 0.0, 0.2), apart, scattered(rng, 30)])
-    first, second = texture_planes(texture_of(points), PIXEL)
-    sides = [np.sign(points[patch.points, 0].mean() - 1.5) for patch in (first, second)]
-    assert sorted(sides) == [-1.0, 1.0]
 
 
 def test_the_unit_of_length_and_the_frame_change_no_patch() -> None:
@@ -99,49 +62,6 @@ def test_the_unit_of_length_and_the_frame_change_no_patch() -> None:
     assert abs(abs((turn @ patch.normal) @ other.normal) - 1) < 1e-9
 
 
-def test_only_what_is_surface_speaks_for_a_patch() -> None:
-    rng = np.random.default_rng(3)
-    texture = texture_of(np.concatenate([level(rng, 40, 0.0), scattered(rng, 20)]))
-    patches = texture_planes(texture, PIXEL)
-
-    def left_half_from_above(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-        front = (points[:, 0] < 0) & (normal[2] > 0)
-        back = (points[:, 0] < 0) & (normal[2] < 0)
-        return np.stack([front, back])
-
-    (half,) = shown_patches(patches, texture, left_half_from_above)
-    assert (texture.points[half.points, 0] < 0).all()
-    assert half.sides == (float(np.sign(half.normal[2])),)
-
-    def nowhere(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-        return np.zeros((2, len(points)), np.bool_)
-
-    assert shown_patches(patches, texture, nowhere) == ()
-
-
-def test_a_printed_plane_without_any_line_is_proposed() -> None:
-    rig = printed_rig()
-    patches = texture_planes(rig.texture, rig.pixel)
-    chosen = with_texture_planes(
-        (), patches[:1], rig.texture, cloud_of(NO_LINES.segments, rig.pixel)
-    )
-    (plane,) = chosen
-    assert abs(plane.plane.normal[2]) > 0.9999
-    assert abs(abs(plane.plane.distance) - HEIGHT) < rig.pixel
-    assert plane.spans.shape == (4, 2, 3)
-
-
-def test_a_plane_that_lines_know_is_not_taken_twice() -> None:
-    rng = np.random.default_rng(4)
-    texture = texture_of(level(rng, 60, 0.0))
-    rail = np.array([[[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0]]])
-    known = PlaneHypothesis(np.array([0.0, 0.0, 1.0]), 0.0, np.arange(1))
-    given = ChosenPlane(known, 50.0, (1.0,), rail)
-    assert with_texture_planes(
-        (given,), texture_planes(texture, PIXEL), texture, cloud_of(rail)
-    ) == (given,)
-
-
 def test_texture_on_a_curved_surface_is_on_no_plane() -> None:
     rng = np.random.default_rng(8)
     flat = level(rng, 120, 0.0)
@@ -154,21 +74,3 @@ def test_texture_on_a_curved_surface_is_on_no_plane() -> None:
             # What is taken for flat bulges by less than a point is known.
             x = bowed[plane.points, 0]
             assert np.ptp(x) < 1.5 * reach
-
-
-def test_a_hypothesis_has_the_lines_on_it() -> None:
-    rng = np.random.default_rng(5)
-    texture = texture_of(level(rng, 60, 0.0))
-    lines = cloud_of(np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0, 1.0]]]))
-    (patch,) = texture_planes(texture, PIXEL)
-    assert as_hypothesis(patch, texture, lines).lines.tolist() == [0]
-
-
-def test_a_box_holds_its_points() -> None:
-    points = level(np.random.default_rng(6), 30, 0.0) * np.array([1.0, 2.0, 0.0])
-    for along in (None, np.array([1.0, 1.0, 0.0])):
-        sides = patch_box(points, np.array([0.0, 0.0, 1.0]), along)
-        for start, end in sides:
-            inward = np.cross([0.0, 0.0, 1.0], end - start)
-            off = (points - start) @ inward
-            assert (off > -1e-5).all() or (off < 1e-5).all()

@@ -1,25 +1,67 @@
-"""The 3-D segments of rendered scenes."""
+"""3-D segments: candidates of two pictures, and those of rendered scenes."""
 
 from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
-    MAX_RMS_PX,
-    MIN_SUPPORT,
+    MIN_OVERLAP,
     LineCloud,
-    agreement,
-    best_of_owners,
+    candidate_segments,
     reconstruct_lines,
 )
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import FloatArray, Pose, View
 from facetlog.robot.rendering.views import random_similarity, shuffled
 from facetlog.robot.rendering.worlds import make_world
+from facetlog.robot.tour import looking_at
+from tests.perception.detection.drawings import project, view
 from tests.rendered import solid_truth, tour, true_edges, visible_faces
+
+LEFT = view(pose=looking_at([-2.0, -8.0, 1.0], [0.0, 0.0, 0.0]))
+RIGHT = view(pose=looking_at([2.0, -8.0, 2.0], [0.0, 0.0, 0.0]))
+# Two cameras side by side that look along z, for cases read off by eye.
+BESIDE = view(pose=Pose(np.eye(3), np.array([1.0, 0.0, 0.0])))
+VIEWS = (LEFT, RIGHT)
+COORDINATE = st.floats(-1.0, 1.0)
+POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE).map(np.array)
+
+
+def seen(by: View, segment: FloatArray) -> FloatArray:
+    return project(by, segment).reshape(1, 4)
+
+
+def plane_sine(segment: FloatArray) -> float:
+    """Sine of the angle between the planes through the segment and either pinhole."""
+    normals = [np.cross(segment[0] - v.pose.centre, segment[1] - v.pose.centre) for v in VIEWS]
+    a, b = (n / np.linalg.norm(n) for n in normals)
+    return float(np.linalg.norm(np.cross(a, b)))
+
+
+@settings(max_examples=60)
+@given(POINT, POINT)
+def test_the_segment_that_both_show_is_found(start: FloatArray, end: FloatArray) -> None:
+    segment = np.array([start, end])
+    if np.linalg.norm(end - start) < 0.1 or plane_sine(segment) < 0.05:
+        return
+    found, made_of = candidate_segments(LEFT, seen(LEFT, segment), RIGHT, seen(RIGHT, segment))
+    assert made_of.tolist() == [[0, 0]]
+    np.testing.assert_allclose(found[0], segment, atol=1e-6)
+
+
+@pytest.mark.parametrize(("overlap", "count"), [(MIN_OVERLAP - 0.05, 0), (MIN_OVERLAP + 0.05, 1)])
+def test_parts_must_overlap_enough(overlap: float, count: int) -> None:
+    # Upright segments at depth 2: 100 px in either picture.
+    left = np.array([[180.0, 20.0, 180.0, 120.0]])
+    low = 120.0 - 100.0 * overlap
+    right = np.array([[30.0, low, 30.0, low + 100.0]])
+    found, made_of = candidate_segments(view(), left, BESIDE, right)
+    assert len(found) == len(made_of) == count
 
 
 def lines_of(views: tuple[View, ...]) -> LineCloud:
@@ -59,19 +101,6 @@ def test_every_edge_seen_of_a_block_is_found_whole() -> None:
     assert min(shares) > 0.9
 
 
-def test_each_line_has_support_and_fits() -> None:
-    cloud = block_lines()
-    assert (cloud.support >= MIN_SUPPORT).all()
-    assert (cloud.rms < MAX_RMS_PX).all()
-    assert len(cloud.segments) == len(cloud.support) == len(cloud.rms) == len(cloud.end_covs)
-    assert (np.linalg.eigvalsh(cloud.end_covs) > -1e-12).all()
-
-
-def test_a_pixel_is_as_long_as_it_is_at_the_block() -> None:
-    # The tour stands 37 to 50 in from the block; its focal length is 502 px.
-    assert 0.05 < block_lines().pixel < 0.12
-
-
 def test_the_same_lines_are_found_in_another_frame() -> None:
     frame = random_similarity(np.random.default_rng(5), scale=1000.0, reach=1e4)
     moved = lines_of(tuple(frame.view(v) for v in tour("block")))
@@ -86,34 +115,6 @@ def test_wrong_poses_leave_few_lines_and_none_of_them_well_supported() -> None:
     assert cloud.support.sum() < 0.2 * block_lines().support.sum()
 
 
-def test_pictures_without_segments_have_no_lines() -> None:
-    views = tour("block")[:4]
-    maps = [edge_map(v.image) for v in views]
-    cloud = reconstruct_lines(views, maps, [np.zeros((0, 4))] * 4, view_graph(views))
-    assert cloud.segments.shape == (0, 2, 3)
-    assert cloud.support.shape == cloud.rms.shape == (0,)
-
-
 def test_two_views_support_no_line() -> None:
     # Two planes through two pinholes always meet: only a third view can confirm it.
     assert not len(lines_of(tour("block")[:2]).segments)
-
-
-def test_what_few_views_see_and_most_of_them_show_wins_over_what_many_should_show() -> None:
-    nowhere = np.nan
-    right = [1.0, 0.9, 1.0, 0.3, *[nowhere] * 12]
-    wrong = [0.7, 0.8, 0.7, 0.9, 0.7, *[0.1] * 11]
-    cover = np.array([right, wrong])
-    shown = np.nansum(cover**2, axis=1)
-    assert shown[1] > shown[0]
-    both = np.array([[0, 1], [1, 2]])
-    kept = best_of_owners(agreement(cover, np.ones(16)), shown, both)
-    assert kept.tolist() == [True, False]
-
-
-def test_all_that_is_nearly_the_best_of_a_segment_stays() -> None:
-    cover = np.array([[1.0, 1.0, 0.1, 0.1], [1.0, 0.98, 0.1, 0.1], [0.7, 0.7, 0.7, 0.1]])
-    shown = (cover**2).sum(axis=1)
-    owners = np.array([[0, 3], [0, 4], [0, 5]])
-    kept = best_of_owners(agreement(cover, np.ones(4)), shown, owners)
-    assert kept.tolist() == [True, True, False]

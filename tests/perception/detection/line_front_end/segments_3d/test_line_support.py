@@ -1,36 +1,33 @@
-"""How much of a 3-D segment the pictures show."""
+"""Edges along projected segments: what of a segment they show, and how far it reaches."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
+    MARGIN,
+    SAMPLES,
+    LineProfiles,
+    covered_extents,
+    line_profiles,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
+    read_edges,
+    refine_segments,
+)
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
     coverage,
-    hits,
-    project_points,
-    segment_samples,
 )
-from tests.perception.detection.drawings import CAMERA, along, half_plane, project, view
-from tests.perception.detection.line_front_end.block_rig import block_rig
+from tests.perception.detection.drawings import CAMERA, along, half_plane, view
+from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 
 def at_depth(pixels, depth: float = 3.0):
     """Points (..., 3) that the camera at the origin sees at these pixels (..., 2)."""
     rays = np.concatenate([pixels, np.ones((*pixels.shape[:-1], 1))], axis=-1)
     return depth * rays @ np.linalg.inv(CAMERA.matrix).T
-
-
-def test_samples_lie_evenly_inside_a_segment() -> None:
-    samples = segment_samples(np.array([[[0.0, 0, 0], [4, 0, 8]]]), 4)
-    assert samples[0].tolist() == [[0.5, 0, 1], [1.5, 0, 3], [2.5, 0, 5], [3.5, 0, 7]]
-
-
-def test_points_behind_the_camera_have_no_positive_depth() -> None:
-    points = np.array([[[0.1, 0.2, 2.0], [0.1, 0.2, -2.0]], [[0.1, 0.2, 0.0], [1, 1, 5]]])
-    uv, depth = project_points(view().projection, points)
-    np.testing.assert_allclose(depth, points[..., 2])
-    assert np.isfinite(uv).all()
-    np.testing.assert_allclose(uv[depth > 0], project(view(), points[depth > 0]))
 
 
 @pytest.mark.parametrize("angle", np.radians([0.0, 20.0, 90.0, 135.0]))
@@ -48,31 +45,6 @@ def test_a_segment_on_a_drawn_edge_is_covered(angle: float) -> None:
     assert across_it <= 0.1  # the sample in the middle may lie on the edge, but not along it
 
 
-def test_an_edge_that_ends_halfway_covers_half() -> None:
-    image = half_plane(0.0, np.array([160.0, 120.0]))
-    image[:, 160:] = 130
-    looking = view(image)
-    segment = at_depth(np.array([[[60.0, 120.0], [260.0, 120.0]]]))
-    assert coverage(segment, [looking], [edge_map(image)], samples=40)[0, 0] == pytest.approx(
-        0.5, abs=0.05
-    )
-
-
-def test_a_view_says_nothing_about_what_it_does_not_see() -> None:
-    looking = view(half_plane(0.0, np.array([160.0, 120.0])))
-    maps = [edge_map(looking.image)]
-    outside = np.array([[[-300.0, 120.0], [-50.0, 120.0]], [[-180.0, 120.0], [100.0, 120.0]]])
-    behind = -at_depth(np.array([[[60.0, 120.0], [260.0, 120.0]]]))
-    segments = np.concatenate([at_depth(outside), behind])
-    assert np.isnan(coverage(segments, [looking], maps)).all()
-
-
-def test_a_segment_partly_in_view_is_judged_by_that_part() -> None:
-    looking = view(half_plane(0.0, np.array([160.0, 120.0])))
-    segment = at_depth(np.array([[[-40.0, 120.0], [200.0, 120.0]]]))
-    assert coverage(segment, [looking], [edge_map(looking.image)])[0, 0] == 1.0
-
-
 def test_every_edge_of_a_block_is_covered_where_it_is_seen() -> None:
     rig = block_rig()
     cover = coverage(rig.edges, rig.views, rig.maps)
@@ -82,15 +54,99 @@ def test_every_edge_of_a_block_is_covered_where_it_is_seen() -> None:
     assert np.median(cover[~rig.shown_edges]) < 0.3
 
 
-def test_hits_return_which_samples_are_in_the_picture() -> None:
-    looking = view(half_plane(0.0, np.array([160.0, 120.0])))
-    pixels = np.stack([np.linspace(-100, 419, 53), np.full(53, 120.0)], axis=-1)
-    found, inside = hits(looking, edge_map(looking.image), at_depth(pixels[None]))
-    expected = (pixels[:, 0] >= -0.5) & (pixels[:, 0] < CAMERA.width - 0.5)
-    assert inside[0].tolist() == expected.tolist()
-    assert not (found & ~inside).any()
+MIDDLE = np.array([159.3, 120.4])
 
 
-def test_no_segments_have_no_coverage() -> None:
+def line_errors(rig: Rig, segments) -> float:
+    """Distances (n, 2) of segments' ends from the true edges' lines."""
+    start = rig.edges[:, :1]
+    unit = rig.edges[:, 1:] - start
+    unit = unit / np.linalg.norm(unit, axis=-1, keepdims=True)
+    relative = segments - start
+    inside = (relative * unit).sum(axis=-1, keepdims=True)
+    return np.linalg.norm(relative - inside * unit, axis=-1)
+
+
+def perturbed(rig: Rig, seed: int, px: float):
+    """True edges with each end moved at random by up to `px` pixels along each axis."""
+    rng = np.random.default_rng(seed)
+    return rig.edges + px * rig.pixel * rng.uniform(-1, 1, rig.edges.shape)
+
+
+@pytest.mark.parametrize("angle", np.radians([0.0, 61.0, 150.0]))
+@pytest.mark.parametrize("off", [-1.6, 0.7])
+def test_the_offset_of_a_drawn_edge_is_read(angle: float, off: float) -> None:
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    looking = view(half_plane(angle, MIDDLE + off * normal))
+    points = at_depth(along(angle, MIDDLE, count=41)[None])
+    reading = read_edges(looking, edge_map(looking.image), points, search_px=4.0)
+    assert np.abs(reading.offset - off).max() < 0.2
+    assert abs(reading.offset.mean() - off) < 0.06  # remap reads at 1/32 px
+    np.testing.assert_allclose(reading.normal[0], normal, atol=1e-9)
+    np.testing.assert_allclose(reading.uv[0], along(angle, MIDDLE, count=41), atol=1e-9)
+    assert reading.visible.all()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_perturbed_edge_of_a_block_returns_to_the_truth(seed: int) -> None:
+    rig = block_rig().noisy(seed, 2.0)
+    used = rig.shown_edges
+    fitted, _, rms = refine_segments(
+        perturbed(rig, seed, 1.5), rig.views, rig.maps, used, np.ones(len(rig.views))
+    )
+    errors = line_errors(rig, fitted)
+    assert np.median(errors) < 0.02
+    assert np.sqrt((errors**2).mean()) < 0.04  # a third of a pixel
+    assert np.median(line_errors(rig, perturbed(rig, seed, 1.5))) > 0.08
+    assert rms.max() < 1.0
+
+
+LINE = np.array([0])
+PLACE = st.floats(-1.5, 2.5)
+
+
+def profile(covered) -> LineProfiles:
+    """One line along x of length 1, its coverage given at the samples from -1 to 2."""
+    cumulated = np.concatenate([[0.0], np.cumsum(covered)])[None]
+    step = np.array([3.0 / SAMPLES])
+    return LineProfiles(np.zeros((1, 3)), np.eye(3)[:1], np.array([-1.0]), step, cumulated)
+
+
+def mean(profiles: LineProfiles, start: float, end: float) -> float:
+    return float(profiles.mean(LINE, np.array([start]), np.array([end]))[0])
+
+
+@given(st.integers(0, 1000), PLACE, PLACE, PLACE)
+def test_parts_add_up_whichever_way_they_run(seed: int, a: float, b: float, c: float) -> None:
+    profiles = profile(np.random.default_rng(seed).uniform(size=SAMPLES))
+    a, b, c = sorted((a, b, c))
+    whole = mean(profiles, c, a) * (c - a)
+    assert whole == pytest.approx(
+        mean(profiles, a, b) * (b - a) + mean(profiles, b, c) * (c - b), abs=1e-9
+    )
+    assert 0.0 <= mean(profiles, a, c) <= 1.0
+
+
+def test_the_edges_of_a_block_are_covered_to_their_ends_and_not_beyond() -> None:
     rig = block_rig()
-    assert coverage(np.zeros((0, 2, 3)), rig.views, rig.maps).shape == (0, len(rig.views))
+    profiles = line_profiles(
+        rig.edges, rig.views, rig.maps, rig.shown_edges, np.ones(len(rig.views))
+    )
+    lines = np.arange(len(rig.edges))
+    length = np.linalg.norm(rig.edges[:, 1] - rig.edges[:, 0], axis=1)
+    zero = np.zeros(len(lines))
+    assert profiles.mean(lines, zero, length).min() > 0.9
+    margin = 0.1 * length
+    for start, end in ((-MARGIN * length, -margin), (length + margin, (1 + MARGIN) * length)):
+        assert profiles.mean(lines, start, end).max() < 0.35
+    np.testing.assert_allclose(
+        profiles.origin + length[:, None] * profiles.direction, rig.edges[:, 1], atol=1e-9
+    )
+
+
+def test_where_half_of_the_views_see_a_line_rounding_does_not_end_it() -> None:
+    # Three of six views, all of one weight, cover it half: to the last digit or not.
+    segment = np.array([[[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]]])
+    half = [covered_extents(segment, profile(np.full(SAMPLES, c))) for c in (0.5, 0.5 - 1e-12)]
+    np.testing.assert_allclose(half[0], half[1], atol=1e-9)
+    assert np.ptp(half[0][0, :, 0]) > 1.0

@@ -1,16 +1,25 @@
-"""Vertices without a label are told apart by their junctions, among pictures of one side."""
+"""Vertices distinguished by their junctions, and paired by epipolar geometry."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from facetlog.perception.detection.block_front_end.correspondence import track_vertices
+from facetlog.perception.detection.block_front_end.correspondence import (
+    epipolar_chi_square,
+    fundamental_matrix,
+    track_vertices,
+    triangulate_pairs,
+)
 from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
-from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
-from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
-from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
+from facetlog.perception.detection.block_front_end.position_labels import (
+    LabelledVertex,
+    picture_drawing,
+    with_junctions,
+)
 from facetlog.perception.line_drawing import Junction
 from facetlog.perception.types import Camera, PositionLabel, View
 from tests.drawn_scenes import looking
@@ -24,7 +33,7 @@ LINES = tuple(EdgeLine(np.array(a, float), np.array(b, float), 1e-6 * np.eye(2),
 
 def vertex(u: float, v: float, *lines: int, label: PositionLabel | None = None) -> LabelledVertex:
     at = ImageVertex(np.array([u, v], dtype=float), 0.01 * np.eye(2), lines)
-    return LabelledVertex(at, label, label, "by hand", "front_?_top")
+    return LabelledVertex(at, label, label, "front_?_top")
 
 
 ARROW, BEND, TEE = vertex(100, 100, 0, 1, 2), vertex(200, 0, 2, 3), vertex(300, 0, 3, 4)
@@ -87,3 +96,46 @@ def test_of_two_views_a_pair_of_one_mark_stands(
     tracks = track_vertices((tuple(seen_by_one), tuple(seen_by_two)), (one, two))
     assert len(tracks) == stands
     assert all(track.label is None for track in tracks)
+
+
+coordinate = st.floats(-3.0, 3.0)
+
+
+def pixel(projection, point):
+    x = projection @ np.append(point, 1.0)
+    return x[:2] / x[2]
+
+
+@settings(max_examples=40)
+@given(st.tuples(coordinate, coordinate, st.floats(0.0, 6.0)), st.integers(1, 7))
+def test_a_projected_point_comes_back(tour, point, other):
+    first, second = tour.views[0].projection, tour.views[other].projection
+    uv1, uv2 = pixel(first, point), pixel(second, point)
+    back = triangulate_pairs(first, second, uv1[None], uv2[None])[0]
+    assert np.allclose(back, point, atol=1e-3)
+
+
+def test_corresponding_pixels_lie_on_each_others_epipolar_lines(tour):
+    first, second = tour.views[0].projection, tour.views[2].projection
+    points = tour.corners
+    uv1 = np.array([pixel(first, p) for p in points])
+    uv2 = np.array([pixel(second, p) for p in points])
+    covs = np.tile(0.01 * np.eye(2), (8, 1, 1))
+    off = epipolar_chi_square(fundamental_matrix(first, second), uv1, covs, uv2, covs)
+    assert np.diag(off).max() < 1e-6
+    assert np.median(off[~np.eye(8, dtype=bool)]) > 100
+
+
+def test_the_epipolar_chi_square_has_one_degree_of_freedom(tour):
+    rng = np.random.default_rng(0)
+    first, second = tour.views[0].projection, tour.views[2].projection
+    uv1 = np.tile(pixel(first, tour.corners[6]), (4000, 1)) + rng.normal(0, 0.3, (4000, 2))
+    uv2 = pixel(second, tour.corners[6])[None] + rng.normal(0, 0.3, (1, 2)) * 0
+    off = epipolar_chi_square(
+        fundamental_matrix(first, second),
+        uv1,
+        np.tile(0.09 * np.eye(2), (4000, 1, 1)),
+        uv2,
+        np.zeros((1, 2, 2)),
+    )
+    assert off.mean() == pytest.approx(1.0, abs=0.1)
