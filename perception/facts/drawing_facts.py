@@ -9,8 +9,6 @@ from facetlog.perception.facts.named_rows import BlockFacts, FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
 
-__all__ = ["drawing_facts", "drawing_rows", "flat_along"]
-
 
 def drawing_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What the views show of the scenes' edges, as drawings; nothing where no camera is known."""

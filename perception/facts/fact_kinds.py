@@ -4,8 +4,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-__all__ = ["Argument", "ArgumentKind", "Fact", "FactKind", "Solutions", "Value", "fact_kind"]
-
 Value = str | int | float
 
 

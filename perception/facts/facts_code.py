@@ -4,8 +4,6 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-__all__ = ["FACTS_CODE", "facts_code_hash"]
-
 FACTS_CODE = ("*.py", "facts/**/*.py", "pieces/**/*.py", "space/**/*.py", "surfaces/**/*.py")
 """Modules of perception that a scene file goes through on its way to facts."""
 

@@ -12,8 +12,6 @@ from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Grounds", "elevations", "extremes", "tilts", "vertical_senses"]
-
 # "Points up" needs 2 sd: 97.7 % one-sided.
 SENSE_SDS = 2.0
 # Heights above the ground of so much of those in the world are 0: the rest is rounding.

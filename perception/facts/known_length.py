@@ -13,8 +13,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.types import FloatArray
 
-__all__ = ["KnownLength", "Scale", "with_known_length"]
-
 EXAMPLES = '"v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm", "height = 74 cm" or "height t2 = 74 cm"'
 
 

@@ -29,18 +29,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Estimates",
-    "FaceSizes",
-    "Group",
-    "face_sizes",
-    "outer_members",
-    "protrusions",
-    "reaches_behind",
-    "shares",
-    "thing_boxes",
-]
-
 # Faces this close in area count as equally large; well below any measuring error.
 AREA_TIE = 1e-6
 # Faces within 15 degrees of opposed are sides of one solid (cosine), if the other has this share of

@@ -3,8 +3,6 @@
 from facetlog.errors import InputError
 from facetlog.perception.scene import Scene
 
-__all__ = ["MOST_FACES", "check_face_count"]
-
 MOST_FACES = 2_000
 """Of 600 faces `query` takes 440 MB, of 1,200 it takes 1.24 GB, most of it angles and offsets of
 pairs, half of that in Python: some .75 kB a pair, 3 GB for so many faces."""

@@ -14,8 +14,6 @@ from facetlog.perception.facts.fact_schema import Value
 from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BlockFacts", "FactColumns", "FactRows", "named_in_order", "names", "rows_from"]
-
 FactRows: TypeAlias = dict[str, list[tuple[Value, ...]]]
 """Arguments of facts by functor."""
 

@@ -11,24 +11,6 @@ from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "angle_facts",
-    "coplanar_facts",
-    "dihedral_facts",
-    "edge_facts",
-    "face_facts",
-    "meeting_facts",
-    "offset_facts",
-    "opposite_facts",
-    "plane_facts",
-    "scene_facts",
-    "sight_facts",
-    "size_facts",
-    "spread_facts",
-    "vertex_facts",
-    "view_facts",
-]
-
 # Where the upper half of a covariance stands.
 UPPER = tuple(zip(*(each.tolist() for each in np.triu_indices(3)), strict=True))
 

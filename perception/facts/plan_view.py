@@ -17,8 +17,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Plans", "clear_below", "overlaps"]
-
 # A face this near to upright has a line for a plan (the vocabulary's "upright": 80° and more).
 UPRIGHT = np.deg2rad(10.0)
 # Free height "under most of it": 80 %, the vocabulary's figure.

@@ -24,8 +24,6 @@ from facetlog.perception.surfaces.floors import floor_heights
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Names", "SceneMemo"]
-
 Names = NDArray[np.object_]
 
 

@@ -17,8 +17,6 @@ from facetlog.perception.surfaces.drawing.lettering import Colour, ColourImage, 
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["draw_pieces"]
-
 # Sizes are for a picture 640 px on its long side and grow with it.
 REFERENCE_PX = 640
 LINE_PX, LETTERS_PX, STRIPE_PX = 1.6, 12.0, 7.0

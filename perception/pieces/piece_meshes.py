@@ -20,8 +20,6 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.mesh_export import graph_bytes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["add_pieces", "pieces_bytes"]
-
 OPAQUE, FAINT, HAZE = 235, 70, 28
 """How dense a piece is, the gaps between an implied one's stripes, and unseen space, of 255."""
 GREY = (150, 150, 160)

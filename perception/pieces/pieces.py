@@ -20,8 +20,6 @@ from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Kind", "Piece", "Pieces", "find_pieces"]
-
 # A board is no thicker than this share of its width, a bar no wider than this share of its length.
 THIN, SLENDER = 0.35, 0.35
 

@@ -9,8 +9,6 @@ from facetlog.perception.pieces.pieces import Kind, Piece
 from facetlog.perception.space.space import Space
 from facetlog.perception.types import FloatArray
 
-__all__ = ["COLOURS", "SIDES", "ShownPiece", "ShownPieces", "box_corners"]
-
 COLOURS = {Kind.BOARD: (214, 147, 66), Kind.BAR: (64, 130, 201), Kind.BLOCK: (105, 165, 88)}
 """Red, green, blue of each kind; distinguished by people who do not see red or green, too."""
 

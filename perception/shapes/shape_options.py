@@ -10,22 +10,6 @@ from facetlog.errors import InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MESH_SUFFIXES
 
-__all__ = [
-    "COLMAP_POINTS",
-    "FORMATS_WITH_UP",
-    "FROM_THE_FLOOR",
-    "NOT_GIVEN",
-    "SCENE_SUFFIX",
-    "SUFFIXES",
-    "UP_AXES",
-    "ShapeOptions",
-    "says_itself",
-    "sensor_from",
-    "shapes_among",
-    "unit_from",
-    "up_from",
-]
-
 UP_AXES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {
         "x": (1.0, 0.0, 0.0),

@@ -2,8 +2,6 @@
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["is_empty_shell"]
-
 # What is nearer than this share of the way to the shell stands before it; noise of a shell, or a
 # board on it, is further off.
 BEFORE = 0.8

@@ -12,8 +12,6 @@ import numpy as np
 
 from facetlog.perception.space.grid import Cells
 
-__all__ = ["enclosed", "missed_cells", "reached_from_outside"]
-
 # Two faces' outlines miss each other by less than this many sd of a corner, to either side.
 MISSED_SDS = 2.0
 # Less than this share of a cell, to either side, closes itself: both reach into it.

@@ -12,8 +12,6 @@ from facetlog.perception.row_table import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CELLS", "HARDLY_LARGER", "ROUNDING", "Cells", "Grid", "Lattice"]
-
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
 # changed no verdict on furniture for the better, and take time with the third power.
 CELLS = 40

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["UnseenSpace"]
-
 # Along each axis every second cell stands for its neighbours, which show from where it shows.
 EVERY = 2
 

@@ -15,8 +15,6 @@ from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Opening", "find_openings", "room_for_openings"]
-
 # A hole that is nowhere so many cells wide is no more than how surfaces round to cells.
 FEWEST_CELLS = 2
 # So much of a hole is known to be free right through, or it may be closed where nobody looked.

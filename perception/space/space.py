@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_UNKNOWN", "Space", "State"]
-
 # More than this share of cells neither free nor full, and a thing is not known from all sides:
 # less is the rounding of a surface in cells.
 LEAST_UNKNOWN = 0.01

@@ -10,8 +10,6 @@ from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.row_table import Indices, row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["inner_points", "line_points", "surface_points"]
-
 # Rounding takes points less far off, as a share of a face or of a spacing.
 WITHIN = 1e-6
 

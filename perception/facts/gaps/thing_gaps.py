@@ -31,9 +31,6 @@ from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import Tolerance
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Gap", "gaps"]
-
-
 PAIRS_AT_ONCE = 2_000
 """Pairs of things worked on in one go: of blocks some 100 MB."""
 

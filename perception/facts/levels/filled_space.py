@@ -6,9 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.perception.facts.levels.bounded import Bounded
-from facetlog.perception.facts.levels.levels import Level, level_at
-from facetlog.perception.facts.levels.sides import hollow
+from facetlog.perception.facts.levels.levels import Bounded, Level, hollow, level_at
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
@@ -19,8 +17,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
-
-__all__ = ["FilledSpace", "curved_share", "filled_spaces"]
 
 # A direction this near one of a box's own is the same: cos 5°.
 SAME_DIRECTION = 0.996

@@ -3,22 +3,15 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.facts.levels.filled_space import FilledSpace
-from facetlog.perception.facts.levels.levels import level_at
-from facetlog.perception.facts.levels.shelves import shelves_below
+from facetlog.perception.facts.levels.levels import level_at, shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
-from facetlog.perception.facts.pieces.directions import angles_between, lying, tilt
 from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
-from facetlog.perception.facts.pieces.opening_facts import (
-    hanging,
-    opening_rows,
-    openings_known,
-    openings_of,
-    rim_rows,
-)
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
@@ -26,14 +19,177 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     known_overlaps,
 )
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
+from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.openings import Opening
+from facetlog.perception.space.grid import ROUNDING
+from facetlog.perception.space.openings import Opening, find_openings, room_for_openings
+from facetlog.perception.space.space import Space
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
 
-__all__ = ["piece_facts", "shown_pieces"]
+# A piece frames an opening along this share of its rim at least: it does not just touch a corner.
+FRAMES = 0.05
+# A face that leans less than this lies across: cos 30°.
+ACROSS = 0.866
+# An opening lies within a face that leaves it free and reaches round it, or in a piece that is all
+# of its rim, but for so much of it.
+BESIDE = 0.1
+
+Row = tuple[str, tuple[str | float, ...]]
+
+
+def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
+    """The openings of a thing, in the space whose box fits it best."""
+    space, on_ground = _where_they_fit(filled, up)
+    return find_openings(space, on_ground=on_ground)
+
+
+def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
+    """Whether a thing can have no openings but these, wherever it may stand if up is not known."""
+    space, on_ground = _where_they_fit(filled, up)
+    stands = None if up is None else on_ground
+    return not room_for_openings(space, openings, on_ground=stands)
+
+
+def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
+    return filled.tipped or filled.space, up is not None and filled.tipped is None
+
+
+def opening_rows(
+    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
+) -> Iterator[Row]:
+    """Functors and arguments of the facts about one opening; `face_names` (f,) are of all faces."""
+    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
+    yield "opening", (name,)
+    yield "opening_size", (name, *opening.extents, sd)
+    if up is not None:
+        heights = opening.corners @ up - float(filled.space.corner[2])
+        low, high = max(0.0, float(heights.min())), float(heights.max())
+        yield "opening_heights", (name, low, high, sd)
+    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
+    for face in filled.surface.faces:
+        if _is_within(middles, opening.lattice.axes[opening.along], face):
+            yield "opening_in", (name, str(face_names[face.index]))
+
+
+def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
+    """Whether a face lies across an opening, reaches round it, and leaves it free: one of cells
+    with these middles (m, 3) through a thing along that direction (3,).
+    """
+    import shapely
+
+    across = float(along @ face.normal)
+    if abs(across) < ACROSS:
+        return False
+    # seen along the hole
+    reach = (face.middle - middles) @ face.normal / across
+    flat = face.flatten(middles + reach[:, None] * along)
+    low, high = np.array(face.polygon.bounds).reshape(2, 2)
+    if float(((flat >= low) & (flat <= high)).all(axis=1).mean()) < 1.0 - BESIDE:
+        return False  # most faces: they need not be looked at closely
+    points = shapely.points(flat)
+    around = float(shapely.covers(shapely.convex_hull(face.polygon), points).mean())
+    taken = float(shapely.covers(face.polygon, points).mean())
+    return around >= 1.0 - BESIDE and taken <= BESIDE
+
+
+def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> Iterator[Row]:
+    """Functors and arguments of what pieces, by their names, are along an opening's rim.
+
+    Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
+    """
+    if not pieces:
+        return
+    places = opening.places(opening.rim)
+    away = np.array([_outside(piece, places) for _, piece in pieces])
+    shares = np.bincount(away.argmin(axis=0), minlength=len(pieces)) / len(places)
+    for (piece, _), share in zip(pieces, shares.tolist(), strict=True):
+        if share >= FRAMES:
+            yield "frames", (piece, name)
+        if share >= 1.0 - BESIDE:
+            yield "opening_in", (name, piece)
+
+
+def _outside(piece: Piece, places: FloatArray) -> FloatArray:
+    """How far places (m, 3) lie outside of a piece's box (m,)."""
+    half = np.array([piece.length.value, piece.width.value, piece.thickness.value]) / 2.0
+    beyond = np.abs((places - piece.middle) @ piece.axes.T) - half
+    found: FloatArray = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    return found
+
+
+def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
+    """Which piece hangs from which (p, p): they touch, the second's middle is higher, and without
+    the second nothing joins the first to the ground.
+    """
+    count = len(pieces.pieces)
+    found = np.zeros((count, count), dtype=np.bool_)
+    if not count:
+        return found
+    low = np.array([piece.low for piece in pieces.pieces])
+    middle = np.array([piece.low + piece.high for piece in pieces.pieces]) / 2.0
+    ground = low < low.min() + cell
+    for holder in range(count):
+        hung = ~_joined(pieces.joins, ground & (np.arange(count) != holder), holder)
+        found[:, holder] = hung & pieces.joins[:, holder] & (middle < middle[holder]) & ~ground
+    return found
+
+
+def _joined(joins: NDArray[np.bool_], first: NDArray[np.bool_], without: int) -> NDArray[np.bool_]:
+    """The pieces (p,) that touch the first ones, or others that do, none of them `without`."""
+    reached, more = first, True
+    while more:
+        wider = reached | joins[:, reached].any(axis=1)
+        wider[without] = False
+        reached, more = wider, bool((wider != reached).any())
+    return reached
+
+
+def lying(piece: Piece, up: FloatArray) -> int:
+    """The axis that is square to its broad side: of those along which it is as thin within a cell,
+    as all are of a cube, the most upright one."""
+    cell = piece.thickness.sd / ROUNDING
+    extents = (piece.length.value, piece.width.value, piece.thickness.value)
+    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
+    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
+
+
+def tilt(piece: Piece, up: FloatArray) -> Estimate:
+    """Degrees from level, of its direction or broad side."""
+    rise = min(1.0, abs(float(_direction(piece, up) @ up)))
+    angle = np.arcsin(rise) if piece.kind is Kind.BAR else np.arccos(rise)
+    return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
+
+
+def angles_between(
+    pieces: Sequence[Piece], up: FloatArray | None
+) -> Iterator[tuple[int, int, Estimate]]:
+    """The angle between each two, by their indices, in degrees: 0 along each other, 90 square."""
+    directions = [_direction(piece, up) for piece in pieces]
+    for i, j in permutations(range(len(pieces)), 2):
+        along = min(1.0, abs(float(directions[i] @ directions[j])))
+        # what is slender lies along a broad side where it is square to its normal
+        alike = (pieces[i].kind is Kind.BAR) == (pieces[j].kind is Kind.BAR)
+        angle = np.arccos(along) if alike else np.arcsin(along)
+        sd = float(np.hypot(_sd(pieces[i]), _sd(pieces[j])))
+        yield i, j, Estimate(float(np.rad2deg(angle)), float(np.rad2deg(sd)))
+
+
+def _direction(piece: Piece, up: FloatArray | None) -> FloatArray:
+    """Unit vector (3,) along its length if it is slender, else square to its broad side."""
+    square = 2 if up is None else lying(piece, up)
+    direction: FloatArray = piece.axes[0 if piece.kind is Kind.BAR else square]
+    return direction
+
+
+def _sd(piece: Piece) -> float:
+    """Radians: ends across it that are each known to a cell."""
+    across = piece.length if piece.kind is Kind.BAR else piece.width
+    if not across.value > 0.0:
+        return float(np.pi) / 2.0
+    return float(np.arctan2(np.sqrt(2.0) * across.sd, across.value))
 
 
 def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -197,7 +353,7 @@ class _Found:
         height = self._upper_side(piece, up, side)
         level = level_at(self.filled.space, height)
         if level is not None:
-            for measure, each in level.measures():
+            for measure, each in level.measures.items():
                 yield "piece_level", (name, measure, each.value, each.sd)
                 if each.open:
                     yield "piece_unseen", (name, measure, each.if_free, each.if_full)

@@ -18,16 +18,6 @@ from facetlog.perception.space.openings import Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "SolidBox",
-    "beside",
-    "heights",
-    "inside",
-    "known_of_two",
-    "known_overlaps",
-    "plan_overlap",
-]
-
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
 # ... and no more than this share of the smaller one's plan is over or under the other.

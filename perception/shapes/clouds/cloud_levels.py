@@ -17,8 +17,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
 
-__all__ = ["levels_by_height"]
-
 # Heights are counted in bins of this share of the noise, and the counts smoothed by the noise.
 BIN_SHARE = 0.5
 # A level's points are within so many sd of its height, ...

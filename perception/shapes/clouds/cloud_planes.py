@@ -21,8 +21,6 @@ from facetlog.perception.shapes.clouds.neighbourhoods import (
 from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CloudPlane", "CloudPlanes", "cloud_planes", "least_squares_plane"]
-
 # Fewer points have no meaningful neighbourhood.
 LEAST_POINTS = 8
 # Inliers of a plane are within so many sd: of a normal distribution one in 2,000 is left out.

@@ -12,8 +12,6 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.types import FloatArray
 
-__all__ = ["OuterSides", "Surroundings", "outer_sides"]
-
 # Points further from a plane than this many sd are not on it.
 OFF_PLANE_SDS = 4.0
 # Rays run through cells so many spacings wide: of points at random one cell in 500 is empty.

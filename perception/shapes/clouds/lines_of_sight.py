@@ -21,8 +21,6 @@ from facetlog.perception.shapes.clouds.cloud_outlines import Outline
 from facetlog.perception.shapes.regions.up_direction import Up
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_PLACES", "Sheet", "SightTest", "View", "find_sheets", "find_view"]
-
 # A scan has a few places; a cloud from photographs has one for each point, about the middle of
 # those it was seen from, which is no end of a line of sight.
 MOST_PLACES = 16

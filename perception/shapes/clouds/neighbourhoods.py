@@ -12,8 +12,6 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_SIZE", "Neighbourhoods", "k_nearest", "neighbourhoods"]
-
 # Sizes of a neighbourhood: each has a radius 1.4 times that of the one before.
 SIZES = (16, 32, 64, 128)
 LEAST_SIZE = SIZES[0]

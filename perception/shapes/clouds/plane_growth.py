@@ -10,8 +10,6 @@ from facetlog.perception.shapes.clouds.neighbourhoods import Neighbourhoods
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CURVED", "WARP", "grown_regions"]
-
 # Instead of a region's number: the node is of a curved surface.
 CURVED = -2
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CUT", "JAG", "SideLine", "meeting_corners", "side_lines", "squared"]
-
 # The jagged rim of points at random is within so many spacings of the true one.
 JAG = 1.5
 # A ring is a rectangle if no point of either is further than this, in spacings, from the other.

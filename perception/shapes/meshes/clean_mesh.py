@@ -21,17 +21,6 @@ from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "MEND",
-    "MOST_LOST",
-    "RESOLUTION",
-    "Surface",
-    "boxes_round",
-    "clean_mesh",
-    "rebuilt",
-    "sizes_of",
-]
-
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
 # No corner is moved further than this share of the longest side of a triangle that it is of.

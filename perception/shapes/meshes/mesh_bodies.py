@@ -19,8 +19,6 @@ from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, boxes_ro
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_bodies"]
-
 # Parts nearer than this share of the larger one's extent, with all that is joined to it, are one
 # object. Third-party models of furniture leave gaps of up to 2 % between legs and seat; chairs at
 # a table keep more.

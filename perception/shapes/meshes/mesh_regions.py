@@ -22,8 +22,6 @@ from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, si
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_regions"]
-
 # Edges that bend less are none: text with 4 digits turns a face of 1 % of the size by this much.
 FLAT = np.deg2rad(1.0)
 # A facet's surface stays this near to its plane, against its breadth: the rise of an arc of 4.6°.

@@ -24,8 +24,6 @@ from facetlog.perception.shapes.regions.surface_samples import Samples, sample_t
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SPACING_SHARE", "Sides", "find_sides"]
-
 # Samples are half a cube apart, so that no cube that the surface crosses is missed.
 SAMPLES_PER_CUBE = 2.0
 SPACING_SHARE = 1.0 / (CUBES * SAMPLES_PER_CUBE)

@@ -19,8 +19,6 @@ from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_CORNERS", "Piece", "flat_pieces"]
-
 # A round table top of 64 corners departs from the circle by 0.12 % of its radius.
 MOST_CORNERS = 64
 # Corners that depart from the side between their neighbours by less than this share of the

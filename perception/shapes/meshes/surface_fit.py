@@ -9,8 +9,6 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Fits", "Moments", "fitted_plane"]
-
 # A plane is as certain as from so many independent points: a face's deviation from flatness is a
 # bow or a twist, not noise, so more triangles do not make it more certain. Four bear a rectangle.
 INDEPENDENT = 4.0

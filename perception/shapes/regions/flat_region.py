@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FlatRegion", "Rest"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FlatRegion:

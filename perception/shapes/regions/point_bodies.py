@@ -10,8 +10,6 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["cluster_bodies", "group_sizes", "is_scatter", "majority"]
-
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
 # What is nearer than this share of the whole's diagonal is one thing: a scan has gaps at edges

@@ -8,8 +8,6 @@ from facetlog.perception.flat_faces import cross
 from facetlog.perception.grouped import Indices, group_sums
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_CELLS", "Samples", "cells_of", "sample_count", "sample_triangles", "thinned"]
-
 # A cell number is packed of three numbers of so many bits.
 CELL_BITS = 20
 MOST_CELLS = 1 << CELL_BITS

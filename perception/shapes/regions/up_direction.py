@@ -11,8 +11,6 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface, Floor, find_floors
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_from_cameras"]
-
 FROM_FLOOR = "up was found from the plane on which everything stands"
 FROM_CAMERAS = "up was found from the way the cameras were held"
 HELD_OTHERWISE = f"{FROM_FLOOR}, but the cameras were held otherwise: if it is a wall, say up"

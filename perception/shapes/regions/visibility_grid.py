@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CUBES", "FreeWays"]
-
 # Cubes along the object's diagonal: a board of 2 % of it is two cubes thick.
 CUBES = 96
 # Directions flatter than this against the surface run into its own cubes: sine of 17°.

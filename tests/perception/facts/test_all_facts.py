@@ -51,15 +51,6 @@ def test_every_fact_keeps_to_the_schema(build: object) -> None:
     assert len(set(facts)) == len(facts)
 
 
-@pytest.mark.parametrize("build", SOLIDS)
-def test_rows_are_the_facts_arguments_by_functor(build: object) -> None:
-    scene: Scene = build()  # type: ignore[operator]
-    rows_by_functor = fact_rows(scene)
-    assert list(rows_by_functor) == [k.functor for k in FACT_SCHEMA if not k.on_demand]
-    facts = [Fact(functor, args) for functor, found in rows_by_functor.items() for args in found]
-    assert facts == list(scene_facts(scene))
-
-
 def told_apart(*scenes: Scene) -> Scene:
     """The scenes side by side, each a body that is known from all sides."""
     scene, bodies, begin = together(*scenes), [], 0
@@ -213,12 +204,6 @@ def test_a_board_seen_between_the_sides_shows_the_room_beneath_a_top(
         loops.append(list(range(len(points), len(points) + 4)))
         points += [(x, y, z) for x, y in corners]
     assert rows(polyhedron(points, loops), "clear_below")["f1",] == (pytest.approx(free),)
-
-
-def test_a_chair_is_one_thing_with_its_back() -> None:
-    scene = chair()
-    assert set(rows(scene, "thing")) == {("t1",)}
-    assert rows(scene, "clear_below")["f2",] == (pytest.approx(0.41),)
 
 
 def test_portions_that_many_pairs_are_worked_on_in_do_not_show(

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from shapely.errors import GEOSException
 
-from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts import drawing_facts
-from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand, scene_facts
+from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Pose
@@ -48,15 +47,3 @@ def test_what_fails_is_named_and_all_else_is_there(caplog: pytest.LogCaptureFixt
     (line,) = caplog.messages
     assert "side location conflict" in line
     assert all(kind in line for kind in DRAWN)
-
-
-@pytest.mark.usefixtures("failing")
-def test_an_explanation_is_given_without_them() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene(
-            "box",
-            [fact.row for fact in scene_facts(SCENE)],
-            on_demand=lambda: (fact.row for fact in facts_on_demand(SCENE)),
-        )
-        assert base.why("box", "box").model == "box"
-        assert base.origin("box", "f1")

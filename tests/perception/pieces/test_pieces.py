@@ -100,19 +100,6 @@ def test_legs_carry_the_back_of_a_chair_through_its_seat() -> None:
     assert joined < len(legs)
 
 
-def test_faces_belong_to_the_piece_that_they_bound() -> None:
-    rows = facts(build("table", {}))
-    owned = Counter(name for name, _ in rows["piece_face"])
-    assert sorted(owned.values()) == [5, 5, 5, 5, 6]
-    assert len({face for _, face in rows["piece_face"]}) == sum(owned.values())
-
-
-def test_a_board_that_lies_is_level_and_one_that_stands_is_upright() -> None:
-    rows = facts(build("shelf", {}))
-    tilts = Counter(round(tilt) for _, tilt, _ in rows["piece_tilt"])
-    assert tilts == {0: 5, 90: 2}
-
-
 def test_a_seat_as_thick_as_its_back_goes_through_below_it_and_is_level() -> None:
     rows = facts(build("chair", {"thickness": 0.18}))
     blocks = [name for name, kind in kinds(rows).items() if kind == "block"]
@@ -126,13 +113,6 @@ def test_a_seat_as_thick_as_its_back_goes_through_below_it_and_is_level() -> Non
     level = {measure: value for name, measure, value, _ in rows["piece_level"] if name == seat}
     assert level["closed_behind"] > 0.9
     assert level["cover"] == pytest.approx(0.6, abs=0.03)  # but for the back
-
-
-def test_of_a_cube_the_most_level_side_is_its_broad_side() -> None:
-    rows = facts(build("cuboid", {"width": 0.2, "depth": 0.2, "height": 0.203}))
-    assert [tilt for _, tilt, _ in rows["piece_tilt"]] == [0.0]
-    brick = facts(build("cuboid", {"width": 0.24, "depth": 0.07, "height": 0.115}))
-    assert [tilt for _, tilt, _ in brick["piece_tilt"]] == [90.0]
 
 
 def test_without_a_known_up_nothing_is_said_of_heights() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
@@ -83,12 +82,6 @@ def test_a_mesh_of_pieces_has_a_closed_node_for_each_in_the_colour_of_its_kind()
         assert tuple(mesh.visual.main_color[:3]) == COLOURS[each.piece.kind]
 
 
-def test_up_is_that_of_the_format() -> None:
-    table = build("table", {})
-    bounds = _glb(table).bounds
-    assert bounds[1, 1] - bounds[0, 1] == pytest.approx(float(np.ptp(table.points[:, 2])), rel=0.1)
-
-
 def test_implied_pieces_are_striped() -> None:
     graph = _glb(_implied(build("cuboid", {})))
     (mesh,) = graph.geometry.values()
@@ -130,27 +123,6 @@ def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
         near = drawn[v - 3 : v + 4, u - 3 : u + 4] != empty[v - 3 : v + 4, u - 3 : u + 4]
         assert near.any(axis=2).mean() > 0.5
     assert (drawn[:5, :5] == empty[:5, :5]).all()
-
-
-@pytest.mark.parametrize("angle_deg", [90.0, 180.0])
-def test_a_view_that_looks_elsewhere_shows_no_piece(angle_deg: float) -> None:
-    scene = build("chair", {})
-    view = _view(scene)
-    turn = Rotation.from_euler("y", angle_deg, degrees=True).as_matrix()
-    away = replace(view, pose=Pose(view.pose.rotation @ turn, view.pose.centre))
-    drawn = draw_pieces(away, shown_pieces(scene), "")
-    assert (drawn == draw_pieces(away, NOTHING, "")).all()
-
-
-def test_of_implied_pieces_only_stripes_are_tinted() -> None:
-    scene = build("cuboid", {})
-    view = _view(scene)
-    empty = draw_pieces(view, NOTHING, "")[:240]
-
-    def tinted(of: Scene) -> int:
-        return int((draw_pieces(view, shown_pieces(of), "")[:240] != empty).any(axis=2).sum())
-
-    assert 0.4 < tinted(_implied(scene)) / tinted(scene) < 0.75
 
 
 def test_unseen_space_whitens_the_view_behind_a_scanned_thing() -> None:

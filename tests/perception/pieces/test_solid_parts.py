@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.convex_parts import convex_joined, is_convex
-from facetlog.perception.pieces.solid_parts import solid_parts
+from facetlog.perception.pieces.solid_parts import convex_joined, is_convex, solid_parts
 
 Cells = NDArray[np.bool_]
 TURNS = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1)]
@@ -62,10 +61,6 @@ def test_two_halves_of_a_block_are_joined_and_two_arms_of_an_angle_are_not() -> 
     assert sizes(convex_joined(parts)) == [20 * 6 * 6]
     parts[:6, :, 6:] = 3
     assert sorted(size for size in sizes(convex_joined(parts)) if size) == [6 * 6 * 14, 20 * 6 * 6]
-
-
-def test_nothing_has_no_part() -> None:
-    assert not solid_parts(np.zeros((4, 4, 4), dtype=np.bool_)).any()
 
 
 cuboids = st.tuples(*[st.tuples(st.integers(0, 14), st.integers(1, 10))] * 3)

@@ -55,22 +55,6 @@ def test_every_place_on_a_face_has_a_point_near_and_no_point_is_off_it(
     assert shapely.difference(every, covered).area <= 1e-9
 
 
-@some
-@given(st.integers(0, 10_000))
-def test_the_points_within_are_those_of_a_grid(seed: int) -> None:
-    own, spacing = polygon(seed), 0.11
-    low_x, low_y, high_x, high_y = own.bounds
-    columns = np.linspace(low_x, high_x, int((high_x - low_x) / spacing) + 2)
-    rows = np.linspace(low_y, high_y, int((high_y - low_y) / spacing) + 2)
-    grid = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-    grid = grid[shapely.distance(shapely.points(grid), own.boundary) > 1e-9]
-    wanted = grid[shapely.contains_xy(own, grid)]
-    rim = shapely.get_coordinates(shapely.segmentize(own, spacing))
-    found = surface_points([face(own)], spacing)[0][: -len(rim), :2]
-    off_rim = shapely.distance(shapely.points(found), own.boundary) > 1e-9
-    np.testing.assert_allclose(found[off_rim], wanted, rtol=0.0, atol=1e-12)
-
-
 def test_no_face_and_a_face_without_area_have_no_points() -> None:
     assert surface_points([], 0.1)[0].shape == (0, 3)
     assert surface_points([face(shapely.Polygon())], 0.1)[0].shape == (0, 3)

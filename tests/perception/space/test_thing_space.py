@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from facetlog.grammar.library import BUILTIN
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_rows
-from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.levels import Bounded
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
@@ -110,10 +110,6 @@ def test_the_room_beneath_a_board_shows_from_where_it_is_open() -> None:
     assert max(towards.values()) > 0.9
 
 
-def test_of_what_is_known_all_round_nothing_would_show() -> None:
-    assert fact_rows(build("table", {}), {"unseen_towards"})["unseen_towards"] == []
-
-
 # walls of a bin 40 x 40 x 50 cm, 1 cm thick; its lid; and aprons of a table 1.2 x .8 m
 WALLS = (
     ((0.0, 0.0, 0.0), (0.4, 0.4, 0.01)),
@@ -129,18 +125,6 @@ LID = ((0.0, 0.0, 0.49), (0.4, 0.4, 0.5))
 def test_a_bin_is_empty_without_a_lid_and_full_with_one() -> None:
     assert enclosed_share(*WALLS, BACK) < 0.3
     assert enclosed_share(*WALLS, BACK, LID) > 0.95
-
-
-@pytest.mark.slow
-def test_a_box_without_a_side_is_empty_and_one_with_a_hole_in_it_is_not() -> None:
-    around_hole = (
-        ((0.0, 0.39, 0.0), (0.4, 0.4, 0.35)),
-        ((0.0, 0.39, 0.4), (0.4, 0.4, 0.5)),
-        ((0.0, 0.39, 0.3), (0.14, 0.4, 0.45)),
-        ((0.26, 0.39, 0.3), (0.4, 0.4, 0.45)),
-    )
-    assert enclosed_share(*WALLS, LID) < 0.35
-    assert enclosed_share(*WALLS, *around_hole, LID) > 0.85
 
 
 def test_the_frame_beneath_a_table_top_encloses_nothing() -> None:
@@ -194,16 +178,6 @@ def test_a_scanned_box_is_assumed_to_be_full_behind_its_sides() -> None:
     assert not found.known
     assert found.share(State.ASSUMED) > 0.7
     assert found.share(State.ASSUMED) + found.share(State.FULL) > 0.97
-
-
-def test_without_a_sensor_what_is_behind_seen_sides_is_assumed_and_nothing_else_known() -> None:
-    block = build("cuboid", {})
-    found = space(replace(scanned(block, eye_at(block, 30.0, 35.0)), sights=()))
-    assert found.share(State.ASSUMED) > 0.7
-    table = build("table", {})
-    unseen = space(replace(scanned(table, eye_at(table, 30.0, 35.0)), sights=()))
-    assert unseen.least().solid.mean() < 0.5
-    assert not unseen.known
 
 
 def test_sight_beneath_a_table_frees_what_it_passed() -> None:

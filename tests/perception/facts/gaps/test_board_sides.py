@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene, SeenLattice
-from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, polyhedron, together
+from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron, together
 
 ABOVE = np.array([[3.0, 0.0, 2.0], [0.0, 3.0, 2.0], [-3.0, -3.0, 2.0]])
 
@@ -41,10 +41,6 @@ def test_two_sides_of_a_board_are_one_thing() -> None:
 )
 def test_others_are_two(other: Scene) -> None:
     assert things(together(leaf(0.0, -1), other)) == [(0,), (1,)]
-
-
-def test_two_boxes_a_gap_apart_are_two() -> None:
-    assert len(things(together(cuboid(), moved(cuboid(), translation=(2.0, 0.0, 0.0))))) == 2
 
 
 def test_a_seat_belongs_to_what_holds_the_front_of_its_back() -> None:

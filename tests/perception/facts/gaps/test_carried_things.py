@@ -53,14 +53,6 @@ def test_heights_count_from_the_ground_that_was_seen(height: float) -> None:
     assert values(scene, "cover")["f1"] == 1.0
 
 
-def test_what_reaches_the_ground_or_below_is_measured_as_without_it() -> None:
-    block = cuboid()
-    for height in (-1e-9, 0.02):
-        scene = on_ground(block, height)
-        assert values(scene, "elevation") == pytest.approx(values(block, "elevation"), abs=1e-6)
-        assert values(scene, "solidity") == pytest.approx(values(block, "solidity"))
-
-
 def test_heights_do_not_count_from_the_ground_where_another_thing_is_beneath() -> None:
     cup = moved(cuboid(0.1, 0.1, 0.1), translation=(0.5, 0.3, 0.8))
     scene = on_ground(together(table(), cup))

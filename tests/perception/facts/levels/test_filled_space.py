@@ -81,11 +81,6 @@ def test_a_seat_is_as_broad_as_its_front_whichever_side_is_longer(
     assert "front_width" not in {fact.functor for fact in scene_facts(replace(chair, up=None))}
 
 
-def test_what_has_no_back_has_no_front() -> None:
-    for functor in ("front_width", "front_depth"):
-        assert not values(TABLE, functor)
-
-
 def test_a_cabinet_is_solid_and_a_tray_is_not() -> None:
     assert values(whole(build("cabinet", {})), "solidity")["t1"] > 0.9
     assert values(whole(build("tray", {})), "solidity")["t1"] < 0.5
@@ -121,18 +116,6 @@ def test_a_block_whose_faces_miss_each_other_within_their_error_is_solid(up: boo
     assert values(vague, "solidity")["t1"] > 0.9
 
 
-def test_vague_corners_close_no_room_that_is_open() -> None:
-    sure, vague = (whole(apart(build("table", {}), 1.0, sd)) for sd in (0.0, 0.01))
-    for functor in ("room_below", "see_through", "cover"):
-        assert values(vague, functor)["f2"] == pytest.approx(values(sure, functor)["f2"], abs=0.05)
-
-
-def test_a_shelf_shows_little_room_beneath_its_top() -> None:
-    shelf = whole(build("shelf", {"boards": 5}))
-    top = max(values(shelf, "elevation").items(), key=lambda item: item[1])[0]
-    assert values(shelf, "room_below")[top] < 0.3 * values(shelf, "elevation")[top]
-
-
 def top_of(scene: Scene) -> str:
     """The face whose level is highest."""
     return max(values(scene, "elevation").items(), key=lambda item: item[1])[0]
@@ -143,12 +126,6 @@ def test_between_the_ends_of_a_desk_there_is_a_room_as_wide_as_they_leave(block:
     desk = whole(build("desk", {"block": block}))
     left = 1.4 - 2 * 0.05 * 0.7 - 0.03 - block
     assert values(desk, "room_width")[top_of(desk)] == pytest.approx(left, abs=2 * CELL * 1.4)
-
-
-def test_what_stands_on_the_ground_or_has_a_board_near_it_leaves_no_room() -> None:
-    for name in ("cuboid", "cabinet", "shelf"):
-        scene = whole(build(name, {}))
-        assert values(scene, "room_width")[top_of(scene)] == 0.0
 
 
 @settings(max_examples=10)
@@ -204,13 +181,6 @@ def test_only_measures_that_unseen_space_could_change_have_bounds_about_their_va
     assert not [f for f in scene_facts(TABLE) if f.functor == "unseen_bounds"]
 
 
-def test_without_up_only_solidity_is_known() -> None:
-    scene = replace(whole(cuboid()), up=None)
-    functors = {f.functor for f in scene_facts(scene)}
-    assert "solidity" in functors
-    assert not functors & {"cover", "footprint", "room_below"}
-
-
 def ball(count: int = 60000) -> FloatArray:
     rng = np.random.default_rng(0)
     points = rng.normal(size=(count, 3))
@@ -232,15 +202,6 @@ def test_a_ball_is_a_thing_all_curved_and_half_of_its_box() -> None:
     # the ball's share of its box is π / 6; cells of its surface count wholly
     assert values(scene, "solidity")["t1"] == pytest.approx(np.pi / 6, abs=0.1)
     assert len(pairs(scene, "thing_size")) == 1
-
-
-def test_legs_stand_on_the_ground_at_the_rim_of_the_top() -> None:
-    at_rim = {part for part, face in pairs(TABLE, "at_rim") if face == "f2"}
-    grounded = {part for (part,) in pairs(TABLE, "on_ground")}
-    assert len(at_rim) >= 16
-    assert "f2" not in grounded
-    assert "t1" in grounded
-    assert len(grounded & at_rim) >= 16
 
 
 def test_panels_that_lean_a_little_stand_at_the_rim() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.pieces.directions import angles_between, tilt
+from facetlog.perception.facts.pieces.piece_facts import angles_between, tilt
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.pieces.pieces import Piece
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -27,17 +27,6 @@ def between(one: Piece, other: Piece, up: FloatArray | None = None) -> Estimate:
     (_, _, first), (_, _, second) = angles_between([one, other], up)
     assert first == second
     return first
-
-
-@pytest.mark.parametrize("extents", [BAR, BOARD, BLOCK])
-@given(turns, st.floats(0.0, 90.0))
-def test_two_alike_are_turned_by_as_much_as_one_was_turned(
-    extents: tuple[float, float, float], axes: np.ndarray, degrees: float
-) -> None:
-    # about its width, so that neither a bar's length nor another's broad side stays
-    turn = Rotation.from_rotvec(np.deg2rad(degrees) * np.array([0.0, 1.0, 0.0])).as_matrix()
-    found = between(piece(extents, axes), piece(extents, turn @ axes))
-    assert found.value == pytest.approx(degrees, abs=1e-4)
 
 
 @given(turns, st.floats(0.0, 360.0))

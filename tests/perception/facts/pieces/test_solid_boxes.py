@@ -99,17 +99,6 @@ def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certa
     }
 
 
-def test_what_reaches_no_further_than_up_to_another_is_beside_it_all_the_same() -> None:
-    post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
-    towards = replace(post, reaches=np.array([[0.0, 0.3], [0.0, 0.0], [0.0, 0.0]]))
-    assert set(known_of_two([towards, other], UP)) == set(known_of_two([post, other], UP))
-
-
-def test_without_up_nothing_is_known_to_be_beside() -> None:
-    both = [box((0.0, 0.0, 0.0), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.0), (0.1, 0.1, 1.0))]
-    assert {name for name, *_ in known_of_two(both, None)} == {"inside"}
-
-
 def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other() -> None:
     lamp: Box = ((0.5, 0.0, 0.9), (0.7, DEPTH, 1.1))
     cord: Box = ((0.58, 0.03, 1.1), (0.64, 0.07, HEIGHT - POST))
@@ -121,15 +110,6 @@ def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other()
     beside_ = {(a, b) for a, b, known in rows["beside"] if known == "yes"}
     posts = [name for name, each in low.items() if each == 0.0]
     assert {tuple(posts), (posts[0], "o1"), (posts[1], "o1")} <= beside_
-
-
-@pytest.mark.parametrize(("name", "azimuth"), [("bench", 20.0), ("bench", 200.0)])
-def test_a_scan_from_one_side_leaves_open_what_it_does_not_know(name: str, azimuth: float) -> None:
-    solid = build(name, {})
-    rows = fact_rows(scanned(solid, eye_at(solid, azimuth, 30.0)), {"piece", "beside"})
-    pieces = len(rows["piece"])
-    between = [row for row in rows["beside"] if row[0].startswith("p") and row[1].startswith("p")]
-    assert 0 < len(between) < pieces * (pieces - 1)
 
 
 @pytest.mark.parametrize(

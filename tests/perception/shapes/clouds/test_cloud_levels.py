@@ -10,7 +10,7 @@ from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray
-from tests.perception.shapes.sampled_shapes import box_points, sphere_points
+from tests.perception.shapes.sampled_shapes import box_points
 
 Z = np.array([0.0, 0.0, 1.0])
 NOISE = 0.006
@@ -63,11 +63,6 @@ def test_levels_turn_and_scale_with_the_cloud(seed: int, unit: float) -> None:
     )
 
 
-def test_the_inner_side_of_a_closed_box_is_no_level_but_its_lid_is() -> None:
-    closed = boxes(((0.8, 0.8, 0.4), (0.0, 0.0, 0.0)))
-    assert found(closed, 2.56) == [pytest.approx(0.4, abs=NOISE)]
-
-
 def test_an_open_box_has_its_bottom_for_a_level_and_not_its_rim() -> None:
     sides = ("-x", "+x", "-y", "+y", "-z")
     points = box_points((0.8, 0.8, 0.2), COUNT, noise=NOISE, sides=sides)
@@ -79,24 +74,6 @@ def test_boards_of_a_shelf_that_is_open_in_front_are_levels_each() -> None:
     sides = [((0.03, 0.3, 0.83), (x, 0.0, 0.0)) for x in (0.0, 0.77)]
     heights = sorted(found(boxes(*boards, *sides), 2.5))
     np.testing.assert_allclose(heights, [0.03, 0.43, 0.83], atol=4.0 * NOISE)
-
-
-def test_a_ball_has_no_level_but_at_its_top() -> None:
-    heights = found(sphere_points(0.5, COUNT, NOISE), np.pi)
-    assert all(height > 0.4 for height in heights)
-
-
-def test_what_is_known_to_face_up_is_left_out() -> None:
-    points = thin_table(0.02)
-    known = points[:, 2] > 0.45
-    assert not list(levels_by_height(points, Z, known, noise=NOISE, spacing=0.009))
-
-
-def test_points_of_a_level_or_without_noise_to_measure_with_have_none() -> None:
-    sheet = box_points((1.0, 1.0, 0.0), COUNT, sides=("+z",))
-    nothing = np.zeros(len(sheet), dtype=bool)
-    assert not list(levels_by_height(sheet, Z, nothing, noise=0.0, spacing=0.009))
-    assert not list(levels_by_height(sheet, Z, nothing, noise=NOISE, spacing=0.009))
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.035])

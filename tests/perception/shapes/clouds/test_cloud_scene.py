@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
@@ -13,7 +12,6 @@ from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTH
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
-    cylinder_points,
     rectangle,
     sphere_points,
     turned,
@@ -103,12 +101,6 @@ def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
     assert np.ptp(flying.points, axis=0) == pytest.approx(np.ptp(clean.points, axis=0), abs=0.02)
 
 
-def test_cylinder_wall_gives_no_box() -> None:
-    scene = scene_of_cloud(Cloud.of(cylinder_points(0.3, 0.6, 8000, 0.002)))
-    areas = sum(float(p.areas.sum()) for p in scene.patches)
-    assert areas > 0.85 * 2.0 * np.pi * 0.3 * 0.6
-
-
 def floor_and_boxes() -> FloatArray:
     rng = np.random.default_rng(0)
     floor = rectangle(rng, 20_000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
@@ -189,18 +181,6 @@ def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
     checked_box(scene_of_cloud(Cloud.of(points), up=Z))
 
 
-@pytest.mark.parametrize("step", [0.002, 0.003, 0.01])
-@pytest.mark.parametrize("turn", [0.3, np.pi / 4.0])
-@pytest.mark.slow
-def test_a_box_across_a_grid_has_all_sides_though_its_floor_has_no_noise(
-    step: float, turn: float
-) -> None:
-    points = Rotation.from_euler("z", turn).apply(box_on_a_floor(0.0))
-    scene = scene_of_cloud(Cloud.of(np.rint(points / step) * step), up=Z)
-    (body,) = (body for body in scene.bodies if body.faces)
-    assert len(body.faces) == 5
-
-
 def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
     still = box_on_a_floor(0.0)
     on_box = (np.abs(still[:, :2]) <= [0.2, 0.15]).all(axis=1) & (still[:, 2] > 0.0)
@@ -209,16 +189,6 @@ def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
     (body,) = (body for body in scene.bodies if body.faces)
     assert len(body.faces) == 5
     assert not any(patch.areas.any() for patch in scene.patches)
-
-
-@pytest.mark.slow
-def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:
-    still = box_on_a_floor(0.0)
-    far = np.linalg.norm(still - [-2.0, 0.0, 1.2], axis=1)
-    patch = np.linalg.norm(still[:, :2] - [0.5, 0.5], axis=1) < 0.4
-    for noise in (0.001 * far**2, np.where(patch, 0.012, 0.001)):
-        points = box_on_a_floor(noise[:, None])
-        checked_box(scene_of_cloud(Cloud.of(points), up=Z))
 
 
 @pytest.mark.parametrize("apart", [0.5, 0.8])
@@ -259,13 +229,6 @@ def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
     assert len(around) == walls + 1
     middle = turned(np.array([[0.0, 0.0, 1.0]]), 5)[0]
     assert all(float(scene.faces[i].plane.distance(middle)) > 0.0 for i in around)
-
-
-@pytest.mark.slow
-def test_an_empty_shell_is_a_thing() -> None:
-    points = box_points((3.0, 3.0, 2.0), 12_000, noise=0.002)
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
-    assert [len(body.faces) for body in scene.bodies] == [6]
 
 
 @pytest.mark.slow
@@ -332,17 +295,6 @@ def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: 
         assert len(scene.faces) == 6 or not fact_rows(scene, {"whole"})["whole"]
 
 
-def test_legs_of_few_points_leave_a_table_whole() -> None:
-    scene = scene_of_cloud(Cloud.of(table(2_500)), up=Z)
-    assert [body.whole for body in scene.bodies] == [True]
-
-
-def test_a_given_whole_is_kept() -> None:
-    points = box_points(SIZE, 3000, noise=0.01, sides=("+x", "+y", "+z"))
-    scene = scene_of_cloud(Cloud.of(points), whole=True)
-    assert all(body.whole for body in scene.bodies)
-
-
 def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
     rng = np.random.default_rng(0)
     floor = rectangle(rng, 4000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
@@ -357,16 +309,6 @@ def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
     assert set(bodies[4000:4300].tolist()) == {1}
     assert set(bodies[4300:5200].tolist()) == {0}
     assert bodies[-1] == -1
-
-
-def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
-    rng = np.random.default_rng(0)
-    halves = [rng.uniform(size=(200, 3)) * 0.1 + [x, 0.0, 0.0] for x in (0.0, 1.0)]
-    points = np.vstack(halves)
-    alone = cluster_bodies(points, np.full(400, -1), 0.02)
-    joined = cluster_bodies(points, np.zeros(400, dtype=np.intp), 0.02)
-    assert set(alone.tolist()) == {0, 1}
-    assert set(joined.tolist()) == {0}
 
 
 @pytest.mark.parametrize("walls", [1, 2, 4])

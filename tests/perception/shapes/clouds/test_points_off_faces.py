@@ -7,8 +7,8 @@ import pytest
 
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
+from facetlog.perception.shapes.clouds.cloud_regions import off_faces
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.clouds.points_off_faces import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from tests.perception.shapes.sampled_shapes import box_points
 
@@ -41,15 +41,6 @@ def test_a_face_noisier_than_the_cloud_explains_its_own_noise() -> None:
     noisy = replace(FACE, noise=3.0 * NOISE)
     off = off_faces(points, own, [noisy], noise=NOISE, spacing=SPACING)
     assert off.tolist() == [False, True]
-
-
-def test_a_face_explains_no_points_of_another_object() -> None:
-    points, other = np.array([[0.1, 0.1, 0.0]]), np.array([1])
-    assert off_faces(points, other, [FACE], noise=NOISE, spacing=SPACING).tolist() == [True]
-
-
-def test_without_faces_all_points_are_off_them() -> None:
-    assert off_faces(np.zeros((3, 3)), np.zeros(3, np.intp), [], noise=0.0, spacing=0.0).all()
 
 
 @pytest.mark.slow

@@ -52,12 +52,6 @@ def test_the_walls_of_a_crate_of_boards_are_hollow_to_its_floor() -> None:
     assert size[0] == pytest.approx(0.38 * 0.28, rel=1e-3)
 
 
-def test_the_top_of_a_leg_beneath_a_board_is_no_face() -> None:
-    legs = [((x, y, 0.0), (x + 0.03, y + 0.03, 0.4)) for x in (0.0, 0.37) for y in (0.0, 0.27)]
-    facts = facts_of(((0.0, 0.0, 0.4), (0.4, 0.3, 0.42)), *legs)
-    assert len(facts["upward"]) == 1
-
-
 def test_things_that_stand_apart_cover_nothing() -> None:
     facts = facts_of(LOW_STEP, ((0.9, 0.0, 0.0), (1.2, 0.4, 0.4)))
     assert sorted(upward_sizes(facts)) == [

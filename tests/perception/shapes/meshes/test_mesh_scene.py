@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
@@ -140,10 +139,6 @@ def upwards(scene: Scene) -> list[float]:
     return sorted(round(float(face.plane.normal[2]), 6) + 0.0 for face in scene.faces)
 
 
-def test_a_deep_box_without_a_bottom_shows_its_outside_alone() -> None:
-    assert upwards(sheets((1.0, 0.6, 2.0), 0)) == [0, 0, 0, 0, 1]
-
-
 def test_a_tray_of_single_sheets_has_an_inside_too() -> None:
     assert upwards(sheets((3.0, 2.0, 0.3), 1)) == [-1, *[0] * 8, 1]
 
@@ -162,13 +157,6 @@ def test_a_round_leg_is_flat_at_its_ends_alone(sections: int) -> None:
     assert upwards(scene) == [-1, 1]
     ends = 2 * float(areas(scene)[0])
     assert scene.patches[0].areas.sum() == pytest.approx(made.area - ends, rel=0.01)
-
-
-def test_round_outlines_keep_few_corners_and_their_area() -> None:
-    made = trimesh.creation.cylinder(0.6, 0.05, sections=500)
-    top = scene_of(made).faces[0]
-    assert 24 <= len(top.outline) <= 64
-    assert areas(scene_of(made))[-1] == pytest.approx(np.pi * 0.36, rel=0.005)
 
 
 def grid(bow: float) -> Mesh:
@@ -194,12 +182,6 @@ def test_a_bowed_seat_is_a_face_whose_plane_is_less_sure() -> None:
     assert tilt_sds[0] < 1e-4
 
 
-def test_a_steep_bow_is_no_face() -> None:
-    assert not any(
-        face.area > 1.0 for face in FaceTable.of(scene_of_mesh(grid(1.0), up=np.array(UP))).faces
-    )
-
-
 def test_a_face_in_pieces_that_touch_without_shared_corners_is_one() -> None:
     left = [(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)]
     right = [(1, -0.5, 0), (2, -0.5, 0), (2, 1.3, 0), (1, 1.3, 0)]
@@ -216,15 +198,6 @@ def test_a_frame_has_a_face_with_a_hole() -> None:
     scene = scene_of_mesh(Mesh.of([*outer, *inner], triangles))
     assert [(len(f.outline), len(f.holes[0])) for f in scene.faces] == [(4, 4), (4, 4)]
     assert areas(scene) == pytest.approx([10.0, 10.0])
-
-
-def test_the_rest_of_a_ball_has_no_hole_in_a_grid_of_64() -> None:
-    ball = trimesh.creation.icosphere(subdivisions=2)
-    patch = scene_of(ball).patches[0]
-    cell = np.linalg.norm(np.ptp(ball.vertices, axis=0)) / 64
-    dense = ball.sample(20000, seed=1)
-    gaps = cKDTree(patch.points).query(dense)[0]
-    assert gaps.max() < cell
 
 
 @pytest.mark.parametrize("made", ["ball", "far", "huge"])
