@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.row_products import along_axes, dots, quadratic_forms
@@ -39,7 +38,7 @@ MEAN_FOLD = 2.0 * np.sqrt(2.0 / np.pi)
 def _angles(
     normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles and sds (p,) between `one` and `two` (p,) of unit normals with covariances."""
+    """Return angles and sds (p,) between `one` and `two` (p,) of unit normals with covariances."""
     n, m = normals[one], normals[two]
     product = cross(n, m)
     sine = np.sqrt(dots(product, product))
@@ -66,7 +65,7 @@ def _angles(
 
 
 def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
-    """Angle between the normals, in [0, π] rad, and its standard deviation (rad).
+    """Return the angle between the normals, in [0, π] rad, and its standard deviation (rad).
 
     Takes the errors of the two planes to be independent; planes that share vertices are not quite.
     """
@@ -78,7 +77,8 @@ def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
 def angles_between(
     normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles (p,) and standard deviations (p,), rad, between the normals `one` and `two` (p,).
+    """Return angles (p,) and standard deviations (p,), rad, between the normals `one` and `two`
+    (p,).
 
     `normals` (n, 3) have covariances (n, 3, 3).
     """
@@ -89,7 +89,9 @@ def angles_between(
 
 
 def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
-    """Angles (n, n) and standard deviations (n, n) between all normals, rad; 0 on the diagonal."""
+    """Return angles (n, n) and standard deviations (n, n) between all normals, rad; 0 on the
+    diagonal.
+    """
     count = len(planes)
     angles, sds = np.zeros((2, count, count))
     if count:
@@ -100,36 +102,6 @@ def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
         for table, values in zip((angles, sds), found, strict=True):
             table[one, two] = table[two, one] = values
     return angles, sds
-
-
-def probability_within(
-    angle: ArrayLike, sd: ArrayLike, target: ArrayLike, tolerance: ArrayLike
-) -> FloatArray:
-    """P(|true angle - target| <= tolerance), for an angle measured with this sd; all in rad.
-
-    The true angle is normal about the measured one, folded back at 0 and π (a tilt through zero
-    is a tilt to the other side). With sd = 0 it is 0 or 1. Within 2 sd of 0 or π the tilt is really
-    two-dimensional and the result a sketch: off by up to 0.2 where the tolerance is below the sd,
-    by less than 0.05 where it is above two.
-
-    >>> right = np.radians(90.0)
-    >>> round(float(probability_within(right, np.radians(15.0), right, np.radians(15.0))), 3)
-    0.683
-    """
-    from scipy.special import ndtr  # no fact needs it, and it takes long to load
-
-    theta, s = np.asarray(angle, dtype=np.float64), np.asarray(sd, dtype=np.float64)
-    middle, width = np.asarray(target, dtype=np.float64), np.asarray(tolerance, dtype=np.float64)
-    low, high = np.maximum(middle - width, 0.0), np.minimum(middle + width, np.pi)
-    noisy = s > LEAST_SINE
-    spread = np.where(noisy, s, 1.0)
-
-    def mass(a: FloatArray, b: FloatArray) -> FloatArray:
-        return np.asarray(ndtr((b - theta) / spread) - ndtr((a - theta) / spread))
-
-    folded = mass(low, high) + mass(-high, -low) + mass(2 * np.pi - high, 2 * np.pi - low)
-    sure = np.abs(theta - middle) <= width
-    return np.asarray(np.where(noisy, np.clip(folded, 0.0, 1.0), sure), dtype=np.float64)
 
 
 # First-order angles are calibrated up to 7° and mean little beyond 15°.
@@ -154,7 +126,7 @@ class FacePairs:
 
     @classmethod
     def of(cls, table: FaceTable) -> "FacePairs":
-        """The pairs of all scenes of a table."""
+        """Return the pairs of all scenes of a table."""
         faces = table.face_counts
         one, two = pairs_in_rows(faces, faces)
         apart = one != two
@@ -173,7 +145,7 @@ class FacePairs:
 
 
 def angles(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
-    """Angles (p,) between the normals of pairs of faces and their 1σ, radians."""
+    """Return angles (p,) between the normals of pairs of faces and their 1σ, radians."""
     rows = pairs.ascending
     own = angles_between(
         table.planes.normals, table.planes.normal_covs, pairs.one[rows], pairs.two[rows]
@@ -185,7 +157,9 @@ def angles(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
 
 
 def offsets(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
-    """Signed distances (p,) of the middles of first faces from the planes of the second, and 1σ."""
+    """Return the signed distances (p,) of the middles of first faces from the planes of the second,
+    and 1σ.
+    """
     slopes, members = table.members.middle_slope, table.members
     # Of a middle: Σ J C Jᵀ over its vertices.
     covs = row_sums(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
@@ -198,7 +172,9 @@ def coplanar_pairs(
     angles: tuple[FloatArray, FloatArray],
     distances: tuple[FloatArray, FloatArray],
 ) -> Indices:
-    """Places (c,) of pairs, i < j, in one plane: normals parallel or opposed, middles in them."""
+    """Return places (c,) of pairs, i < j, in one plane: normals parallel or opposed, middles in
+    them.
+    """
     off = np.minimum(angles[0], np.pi - angles[0])
     flat = off <= np.minimum(SDS * angles[1], VAGUE) + ANGLE_RESOLUTION
     near = np.abs(distances[0]) <= table.tolerance.within(distances[1], table.scene[pairs.one])
@@ -207,7 +183,9 @@ def coplanar_pairs(
 
 
 def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines:
-    """Outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for all."""
+    """Return outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for
+    all.
+    """
     points = table.points
     frames = np.broadcast_to(frames, (len(faces), 2, 3))
     loops = along_axes(points[table.outlines[faces]], frames)
@@ -229,7 +207,9 @@ def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines
 def opposite_pairs(
     table: FaceTable, every: FacePairs, angles: tuple[FloatArray, FloatArray]
 ) -> Indices:
-    """Pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean normal."""
+    """Return pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean
+    normal.
+    """
     limit = np.clip(SDS * angles[1], OPPOSITE_LEAST, VAGUE)
     rows = every.ascending
     rows = rows[(np.pi - angles[0] <= limit)[rows]]

@@ -36,7 +36,7 @@ def at_rim(
     edges: Indices,
     things: Sequence[Thing],
 ) -> Iterator[tuple[int, bool, int, int]]:
-    """(scene, loose, part, face) where a part of a thing stands at the rim of a face about level.
+    """Yield (scene, loose, part, face) where a part of a thing stands at a level face's rim.
 
     Parts are upright faces and, where that is so, `loose` edges (e, 2) of vertices. `ups` (s, 3)
     are the scenes', zero where up is not known: nothing is level there. `widths` (f,) are the
@@ -66,7 +66,9 @@ def at_rim(
 
 
 def _rising(ends: FloatArray, ups: FloatArray, things: Sequence[Thing]) -> Bools:
-    """Which loose edges of things, of all with `ends` (e, 2, 3), reach farther up than aside."""
+    """Return which loose edges of things, of all with `ends` (e, 2, 3), reach farther up than
+    aside.
+    """
     scene = np.zeros(len(ends), dtype=np.intp)
     for thing in things:
         scene[list(thing.edges)] = thing.scene
@@ -85,14 +87,14 @@ ALONG = float(np.cos(np.pi / 8.0))
 
 
 def thing_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Things and what belongs to them."""
+    """Add things and their parts."""
     rows.add("thing", s.thing_scene, s.thing_names)
     thing, part = _parts(s)
     rows.add("part_of", s.thing_scene[thing], part, s.thing_names[thing])
 
 
 def _parts(s: SceneMemo) -> tuple[Indices, NDArray[np.object_]]:
-    """(thing, name) (p,) each of the things' faces and edges, thing by thing, faces first."""
+    """Return (thing, name) (p,) of the things' faces and edges, thing by thing, faces first."""
     (of_faces, face), (of_edges, edge) = s.thing_faces, s.thing_edges
     thing = np.concatenate((of_faces, of_edges))
     part = np.concatenate((s.face_names[face], s.edge_names[edge]))
@@ -101,7 +103,7 @@ def _parts(s: SceneMemo) -> tuple[Indices, NDArray[np.object_]]:
 
 
 def box_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The least boxes round things: those with faces first."""
+    """Add the least boxes round things, those with faces first."""
     flat = np.array([bool(thing.faces) for thing in s.things], dtype=np.bool_)
     if s.groups:
         boxes = np.array(list(measures.thing_boxes(s.table, s.groups)))
@@ -118,26 +120,26 @@ def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: Bloc
 
 
 def share_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How much of its thing's silhouette each face is."""
+    """Add the share of its thing's silhouette that each face is."""
     if s.groups:
         _by_groups("share", measures.shares(s.table, s.groups), s, rows)
 
 
 def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things reach in front of their faces."""
+    """Add how far things reach in front of their faces."""
     if s.groups:
         _by_groups("protrusion", measures.protrusions(s.table, s.groups), s, rows)
 
 
 def reach_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things reach behind their faces."""
+    """Add how far things reach behind their faces."""
     if s.groups:
         found = measures.reaches_behind(s.table, s.groups, s.pairs)
         _by_groups("reach_behind", found, s, rows)
 
 
 def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things are from each other."""
+    """Add the least distances between things."""
     from facetlog.perception.facts.gaps.thing_gaps import gaps  # no model asks for them so far
 
     several = np.bincount(s.thing_scene, minlength=len(s.scenes)) > 1
@@ -151,7 +153,7 @@ def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def tilt_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How faces lean, and which face up or down."""
+    """Add the tilt of faces, and which face up or down."""
     scene = s.table.scene
     known = s.upright[scene]
     tilts, sds = np.rad2deg(s.leaning.values), np.rad2deg(s.leaning.sds)
@@ -162,7 +164,7 @@ def tilt_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How high things and their parts reach, and what is on the ground."""
+    """Add heights of things and their parts, and which of them are on the ground."""
     table, grounds = s.table, s.grounds
     if grounds is None:
         return
@@ -202,7 +204,7 @@ def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How high the middles of faces are in their things."""
+    """Add the heights of the middles of faces in their things."""
     thing, face = s.thing_faces
     known = s.upright[s.table.scene[face]]
     thing, face = thing[known], face[known]
@@ -213,7 +215,7 @@ def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def overlap_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Pairs of faces that lie over each other, seen from above."""
+    """Add pairs of faces that lie over each other, seen from above."""
     if s.plans is None:
         return
     one, two, share = plan_view.overlaps(s.plans)
@@ -222,7 +224,7 @@ def overlap_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The free height under most of each face."""
+    """Add the free height under most of each face."""
     if s.plans is None or not len(s.plans.index):
         return
     lowest = np.full(len(s.things), np.inf)
@@ -238,7 +240,7 @@ def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Parts that stand at the rim of a face about level."""
+    """Add parts that stand at the rim of a face about level."""
     if not s.things or not len(s.table):
         return
     for scene, loose, part, face in at_rim(
@@ -249,7 +251,7 @@ def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What is known of things' surface: whether from all sides, and how much is no face's."""
+    """Add whether a thing's surface is known from all sides, and its curved share."""
     areas = s.table.areas
     curved = [curved_share(s.scenes[thing.scene], areas, thing) for thing in s.things]
     rows.add("curved", s.thing_scene, s.thing_names, np.array(curved, dtype=np.float64))
@@ -263,7 +265,7 @@ def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What things fill, and what is beneath, on and above their level faces."""
+    """Add the measures of the space that things fill, and of their level faces."""
     for index, filled in s.filled.items():
         thing = s.thing_names[index]
         measures = [
@@ -279,7 +281,7 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How broad and how deep faces are, of whose levels it is known where the front is."""
+    """Add widths and depths of faces on whose levels the front is known."""
     if not len(s.table):
         return
     sizes = s.face_sizes
@@ -301,7 +303,7 @@ def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def assumed_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How much of what things fill is only taken to be full."""
+    """Add the share of the filled space that is only assumed to be full."""
     for index, filled in s.filled.items():
         cells = filled.space.cells
         assumed = int((cells == State.ASSUMED).sum())
@@ -311,7 +313,7 @@ def assumed_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """From where the unseen space round things would show."""
+    """Add the directions from which the unseen space round things would show."""
     for index, filled in s.filled.items():
         thing = s.things[index]
         space = filled.space
@@ -327,7 +329,7 @@ def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How many shelves lie beneath the level faces of things."""
+    """Add the number of shelves beneath the level faces of things."""
     for index, filled in s.filled.items():
         scene, known = s.things[index].scene, dict[float, tuple[int, int] | None]()
         for face in filled.levels:
@@ -342,7 +344,7 @@ def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:
-    """A measure of space, and its bounds where these differ."""
+    """Add a measure of space, and its bounds where these differ."""
     rows.add_rows(functor, scene, [(of, measure.value, measure.sd)])
     if measure.open:
         rows.add_rows("unseen_bounds", scene, [(functor, of, measure.if_free, measure.if_full)])

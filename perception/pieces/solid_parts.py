@@ -29,14 +29,15 @@ _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1)
 
 
 def is_convex(cells: NDArray[np.bool_]) -> bool:
-    """Whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
+    """Return whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
     volume, _ = _hull(_outer_corners(np.argwhere(cells)))
     return int(cells.sum()) >= CONVEX * volume
 
 
 def convex_cut(cells: _Cells) -> list[_Cells]:
-    """Cells (nx, ny, nz), some at least, cut square to the grid as long as that makes them more
-    convex: a seat off the back that is as thick as it, a step off the next."""
+    """Return cells (nx, ny, nz), some at least, cut square to the grid as long as that makes them
+    more convex: a seat off the back that is as thick as it, a step off the next.
+    """
     volume, _ = _hull(_outer_corners(np.argwhere(cells)))
     if cells.sum() >= CONVEX * volume:
         return [cells]
@@ -53,7 +54,7 @@ def convex_cut(cells: _Cells) -> list[_Cells]:
 
 
 def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
-    """What hangs together of the cells before a place along an axis, and of those from it on."""
+    """Return the connected parts of cells before a place along an axis, and of cells from it on."""
     from scipy import ndimage
 
     first = (np.arange(cells.shape[axis]) < place).reshape(
@@ -67,7 +68,7 @@ def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
 
 
 def convex_joined(parts: Indices) -> Indices:
-    """The same parts (nx, ny, nz), with those that are nearly convex together under one number.
+    """Return the parts (nx, ny, nz) with those that are nearly convex together under one number.
 
     The two that together fill their hull the most are joined first.
     """
@@ -100,7 +101,7 @@ def convex_joined(parts: Indices) -> Indices:
 
 
 def _touching(parts: Indices) -> set[tuple[int, int]]:
-    """Pairs of parts, the lower number first, of which cells share a side."""
+    """Return pairs of parts, the lower number first, of which cells share a side."""
     found: set[tuple[int, int]] = set()
     for axis in range(3):
         moved = np.moveaxis(parts, axis, 0)
@@ -112,7 +113,7 @@ def _touching(parts: Indices) -> set[tuple[int, int]]:
 
 
 def _outer_corners(cells: Indices) -> FloatArray:
-    """Corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
+    """Return corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
     # Between the lowest and the highest of a column nothing is a corner.
     ends = np.any(cells[1:, :2] != cells[:-1, :2], axis=1)
     outer = cells[np.concatenate([[True], ends]) | np.concatenate([ends, [True]])]
@@ -136,7 +137,8 @@ _AROUND = np.ones((3, 3, 3), dtype=bool)
 
 
 def solid_parts(solid: _Cells) -> Indices:
-    """The part (nx, ny, nz), from 1, to which each of these solid cells belongs; 0 elsewhere.
+    """Return the part (nx, ny, nz), from 1, to which each of these solid cells belongs; 0
+    elsewhere.
 
     Parts stand in the order of their sizes, the largest first.
     """
@@ -160,7 +162,7 @@ def solid_parts(solid: _Cells) -> Indices:
 
 
 def _probed(left: _Cells, longest: int) -> Iterator[list[_Cells]]:
-    """What each sort of probe finds in the cells that are left by then; at last the rest."""
+    """Yield the parts that each sort of probe finds in the cells left by then; at last the rest."""
     lengths = [max(3, round(share * longest)) for share in PROBES]
     for long in lengths:
         blocks = _connected(_opened(left, (long, long, long)))
@@ -181,7 +183,7 @@ def _connected(cells: _Cells) -> list[_Cells]:
 
 
 def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
-    """The cells that a box of so many cells fills which lies wholly inside."""
+    """Return the cells that a box of so many cells fills which lies wholly inside."""
     if any(length > side for length, side in zip(probe, cells.shape, strict=True)):
         return np.zeros_like(cells)
     starts = cells
@@ -193,7 +195,9 @@ def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
 
 
 def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
-    """How many of so many cells from each on along the axis are there: shorter by length - 1."""
+    """Return how many of so many cells from each on along the axis are there: shorter by length -
+    1.
+    """
     sums = np.cumsum(cells, axis=axis, dtype=np.int16)  # there are some tens of cells
     sums = np.moveaxis(np.pad(sums, [(int(i == axis), 0) for i in range(3)]), axis, 0)
     found: NDArray[np.int16] = np.moveaxis(sums[length:] - sums[:-length], 0, axis)
@@ -201,19 +205,21 @@ def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
 
 
 def _all_of(cells: _Cells, axis: int, length: int) -> _Cells:
-    """Where so many cells from here on along the axis are all there."""
+    """Return where so many cells from here on along the axis are all there."""
     return np.asarray(_in_stretches(cells, axis, length) == length)
 
 
 def _any_of(starts: _Cells, axis: int, length: int) -> _Cells:
-    """The cells of stretches of this length along the axis that begin here."""
+    """Return the cells of stretches of this length along the axis that begin here."""
     margin = [(length - 1) * int(i == axis) for i in range(3)]
     padded = np.pad(starts, [(each, each) for each in margin])
     return np.asarray(_in_stretches(padded, axis, length) > 0)
 
 
 def _without_crumbs(parts: Indices, near: int) -> Indices:
-    """The same with what lies wholly within `near` cells of a larger part in that part's number."""
+    """Return the parts with all that lies wholly within `near` cells of a larger one as
+    part of it.
+    """
     from scipy import ndimage
 
     found = parts.copy()
@@ -234,7 +240,7 @@ def _without_crumbs(parts: Indices, near: int) -> Indices:
 
 
 def _in_order(parts: Indices) -> Indices:
-    """The parts numbered anew, without gaps, the largest first."""
+    """Return the parts numbered anew, without gaps, the largest first."""
     sizes = np.bincount(parts.ravel())
     sizes[0] = 0
     order = np.argsort(-sizes, kind="stable")

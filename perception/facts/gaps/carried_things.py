@@ -1,4 +1,4 @@
-"""Nothing floats: what ends above the ground is carried, by what it nearly touches.
+"""Parts that end above the ground belong to the thing that carries them: the nearest one.
 
 A chair's back ends above its seat, with a rounded edge between them that is no face; where views
 show the ground beneath, it is of one thing with the seat. What is nearer to the ground stands on
@@ -34,7 +34,7 @@ SHARED = 0.5
 
 
 def one_board(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, int]]:
-    """Pairs of things, by their numbers, that have the two sides of a board.
+    """Yield pairs of things, by their numbers, that have the two sides of a board.
 
     The table is of one scene.
     """
@@ -61,7 +61,9 @@ def _outline(table: FaceTable, face: int) -> FloatArray:
 def _back_to_back(
     one: FloatArray, other: FloatArray, normal: FloatArray, other_normal: FloatArray
 ) -> bool:
-    """Whether outlines (k, 3), (l, 3) cover each other, the second a board's thickness behind."""
+    """Return whether outlines (k, 3), (l, 3) cover each other, the second a board's thickness
+    behind.
+    """
     middle = one.mean(axis=0)
     axes = plane_axes(normal, one[1] - one[0])
     first, second = (make_polygon((ring - middle) @ axes.T) for ring in (one, other))
@@ -87,8 +89,8 @@ STANDS_WITHIN = 2.0 / 3.0
 def carried_together(
     scene: Scene, table: FaceTable, edges: Indices, things: tuple[Thing, ...]
 ) -> tuple[Thing, ...]:
-    """The things of a scene, of which those that end above the ground are one with their carriers,
-    and those that have the two sides of a board one with each other.
+    """Return the things of a scene, of which those that end above the ground are one with their
+    carriers, and those that have the two sides of a board one with each other.
 
     The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
     the things are as they were, and where they were told apart as the scene was read (bodies).
@@ -133,7 +135,9 @@ def _vertices(table: FaceTable, edges: Indices, thing: Thing) -> Indices:
 def _stands_on(
     table: FaceTable, heights: FloatArray, flat: FloatArray, own: Indices, face: int
 ) -> bool:
-    """Whether a thing of these vertices lies over a level face, and takes only some of it."""
+    """Return whether a thing of these vertices lies over a level face, and takes only some
+    of it.
+    """
     corners = table.outlines[face, table.there[face]]
     if heights[own].mean() < heights[corners].mean():
         return False

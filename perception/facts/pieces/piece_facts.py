@@ -41,13 +41,15 @@ Row = tuple[str, tuple[str | float, ...]]
 
 
 def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
-    """The openings of a thing, in the space whose box fits it best."""
+    """Return the openings of a thing, in the space whose box fits it best."""
     space, on_ground = _where_they_fit(filled, up)
     return find_openings(space, on_ground=on_ground)
 
 
 def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
-    """Whether a thing can have no openings but these, wherever it may stand if up is not known."""
+    """Return whether a thing can have no openings but these, wherever it may stand if up is not
+    known.
+    """
     space, on_ground = _where_they_fit(filled, up)
     stands = None if up is None else on_ground
     return not room_for_openings(space, openings, on_ground=stands)
@@ -60,7 +62,9 @@ def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, 
 def opening_rows(
     name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
 ) -> Iterator[Row]:
-    """Functors and arguments of the facts about one opening; `face_names` (f,) are of all faces."""
+    """Yield functors and arguments of the facts about one opening; `face_names` (f,) are of all
+    faces.
+    """
     sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
     yield "opening", (name,)
     yield "opening_size", (name, *opening.extents, sd)
@@ -75,8 +79,8 @@ def opening_rows(
 
 
 def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
-    """Whether a face lies across an opening, reaches round it, and leaves it free: one of cells
-    with these middles (m, 3) through a thing along that direction (3,).
+    """Return whether a face lies across an opening, reaches round it, and leaves it free: one of
+    cells with these middles (m, 3) through a thing along that direction (3,).
     """
     import shapely
 
@@ -96,7 +100,7 @@ def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
 
 
 def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> Iterator[Row]:
-    """Functors and arguments of what pieces, by their names, are along an opening's rim.
+    """Yield functors and arguments of what pieces, by their names, are along an opening's rim.
 
     Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
     """
@@ -113,7 +117,7 @@ def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -
 
 
 def _outside(piece: Piece, places: FloatArray) -> FloatArray:
-    """How far places (m, 3) lie outside of a piece's box (m,)."""
+    """Return how far places (m, 3) lie outside of a piece's box (m,)."""
     half = np.array([piece.length.value, piece.width.value, piece.thickness.value]) / 2.0
     beyond = np.abs((places - piece.middle) @ piece.axes.T) - half
     found: FloatArray = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
@@ -121,8 +125,8 @@ def _outside(piece: Piece, places: FloatArray) -> FloatArray:
 
 
 def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
-    """Which piece hangs from which (p, p): they touch, the second's middle is higher, and without
-    the second nothing joins the first to the ground.
+    """Return which piece hangs from which (p, p): they touch, the second's middle is higher, and
+    without the second nothing joins the first to the ground.
     """
     count = len(pieces.pieces)
     found = np.zeros((count, count), dtype=np.bool_)
@@ -138,7 +142,9 @@ def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
 
 
 def _joined(joins: NDArray[np.bool_], first: NDArray[np.bool_], without: int) -> NDArray[np.bool_]:
-    """The pieces (p,) that touch the first ones, or others that do, none of them `without`."""
+    """Return the pieces (p,) that touch the first ones, or others that do, none of them
+    `without`.
+    """
     reached, more = first, True
     while more:
         wider = reached | joins[:, reached].any(axis=1)
@@ -148,8 +154,9 @@ def _joined(joins: NDArray[np.bool_], first: NDArray[np.bool_], without: int) ->
 
 
 def lying(piece: Piece, up: FloatArray) -> int:
-    """The axis that is square to its broad side: of those along which it is as thin within a cell,
-    as all are of a cube, the most upright one."""
+    """Return the axis that is square to its broad side: of those along which it is as thin within a
+    cell, as all are of a cube, the most upright one.
+    """
     cell = piece.thickness.sd / ROUNDING
     extents = (piece.length.value, piece.width.value, piece.thickness.value)
     thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
@@ -157,7 +164,7 @@ def lying(piece: Piece, up: FloatArray) -> int:
 
 
 def tilt(piece: Piece, up: FloatArray) -> Estimate:
-    """Degrees from level, of its direction or broad side."""
+    """Return the tilt of a piece's direction or broad side, degrees from level."""
     rise = min(1.0, abs(float(_direction(piece, up) @ up)))
     angle = np.arcsin(rise) if piece.kind is Kind.BAR else np.arccos(rise)
     return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
@@ -166,7 +173,9 @@ def tilt(piece: Piece, up: FloatArray) -> Estimate:
 def angles_between(
     pieces: Sequence[Piece], up: FloatArray | None
 ) -> Iterator[tuple[int, int, Estimate]]:
-    """The angle between each two, by their indices, in degrees: 0 along each other, 90 square."""
+    """Yield the angle between each two, by their indices, in degrees: 0 along each other, 90
+    square.
+    """
     directions = [_direction(piece, up) for piece in pieces]
     for i, j in permutations(range(len(pieces)), 2):
         along = min(1.0, abs(float(directions[i] @ directions[j])))
@@ -178,14 +187,14 @@ def angles_between(
 
 
 def _direction(piece: Piece, up: FloatArray | None) -> FloatArray:
-    """Unit vector (3,) along its length if it is slender, else square to its broad side."""
+    """Return unit vector (3,) along its length if it is slender, else square to its broad side."""
     square = 2 if up is None else lying(piece, up)
     direction: FloatArray = piece.axes[0 if piece.kind is Kind.BAR else square]
     return direction
 
 
 def _sd(piece: Piece) -> float:
-    """Radians: ends across it that are each known to a cell."""
+    """Return the sd of a piece's direction, radians: its ends are each known to a cell."""
     across = piece.length if piece.kind is Kind.BAR else piece.width
     if not across.value > 0.0:
         return float(np.pi) / 2.0
@@ -193,7 +202,7 @@ def _sd(piece: Piece) -> float:
 
 
 def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """All facts about pieces."""
+    """Add all facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
@@ -218,7 +227,7 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def shown_pieces(scene: Scene) -> ShownPieces:
-    """The pieces of a scene by the names that facts have, to be drawn."""
+    """Return the pieces of a scene by the names that facts have, to be drawn."""
     memo = SceneMemo.of(scene)
     found = [each for _, each in _all_found(memo)]
     return ShownPieces(
@@ -243,7 +252,7 @@ class _Found:
     measured: frozenset[int]  # of all faces those that were
 
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments; `face_names` (f,) are those of all faces."""
+        """Yield functors and arguments; `face_names` (f,) are those of all faces."""
         lattice = self.filled.space.lattice
         for name, piece, box in zip(self.names, self.pieces.pieces, self._boxes, strict=True):
             yield "piece", (name,)
@@ -273,12 +282,14 @@ class _Found:
                 yield functor, (self.names[i], self.names[j])
 
     def angles(self) -> Iterator[tuple[str, str, float, float]]:
-        """The arguments of the facts about how each two pieces are turned to one another."""
+        """Yield the arguments of the facts about how each two pieces are turned to one another."""
         for one, other, angle in angles_between(self.pieces.pieces, self.up):
             yield self.names[one], self.names[other], *angle
 
     def overlaps(self) -> Iterator[tuple[str, str, float, float]]:
-        """The arguments of the facts about which share of each two pieces' plans is the other's."""
+        """Yield the arguments of the facts about which share of each two pieces' plans is the
+        other's.
+        """
         for one, other, share, sd in known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
@@ -289,7 +300,9 @@ class _Found:
     def openings(
         self, named: Sequence[tuple[str, Opening]], face_names: Names
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments of the facts about the thing's openings, each with its name."""
+        """Yield functors and arguments of the facts about the thing's openings, each with
+        its name.
+        """
         pieces = list(zip(self.names, self.pieces.pieces, strict=True))
         for name, opening in named:
             yield "opening_of", (name, self.thing)
@@ -299,7 +312,7 @@ class _Found:
             yield "openings_known", (self.thing,)
 
     def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
-        """By functor the arguments of the facts about what lies inside, or beside, what."""
+        """Return the arguments of the facts `inside` and `beside`, by functor."""
         boxes = [*self._boxes, *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
         found: dict[str, list[tuple[str, str, str]]] = {}
@@ -309,12 +322,15 @@ class _Found:
         return found
 
     def _heights(self, piece: Piece) -> tuple[float, float]:
-        """Its lowest and its highest point above the lowest one of its thing."""
+        """Return heights of a piece's lowest and highest point above the lowest one of its
+        thing.
+        """
         ground = float(self.filled.space.corner[2])
         return max(0.0, piece.low - ground), piece.high - ground
 
     def _hidden_extents(self, piece: Piece, box: SolidBox) -> Iterator[tuple[str, float, float]]:
-        """The extents that unseen space may change, as they were seen and if all of it is full.
+        """Yield the extents that unseen space may change, as they were seen and if all of it is
+        full.
 
         How deep a piece goes behind a face that it shows is taken as what was seen of it: only its
         length may go on there.
@@ -365,8 +381,9 @@ class _Found:
                 yield "piece_unseen", (name, "shelves_below", fewest, most)
 
     def _upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
-        """How high the side is that it turns upwards: its largest face there, or what is curved
-        halfway between its middle and its highest point, for a hollow seat is below its rim."""
+        """Return how high the side is that it turns upwards: its largest face there, or what is
+        curved halfway between its middle and its highest point, for a hollow seat is below its rim.
+        """
         faces = (face for face in self.filled.surface.faces if face.index in piece.faces)
         level = [face for face in faces if float(face.normal @ up) >= LEVEL_ENOUGH]
         if level:
@@ -377,7 +394,7 @@ class _Found:
 
 
 def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
-    """The scene and the pieces of each thing; of a scene they are numbered through."""
+    """Yield the scene and the pieces of each thing; of a scene they are numbered through."""
     counts = [0] * len(s.scenes)
     faces = (face for scene in s.scenes for face in scene.faces)
     measured = frozenset(i for i, f in enumerate(faces) if f.evidence is Evidence.MEASURED)
@@ -393,5 +410,5 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:
-    """Whether it is more than faces that were completed; what is curved was measured."""
+    """Return whether it is more than faces that were completed; what is curved was measured."""
     return not piece.faces or not measured.isdisjoint(piece.faces)

@@ -29,7 +29,7 @@ def things_round_a_sensor(
     seen_from: FloatArray | None,
     up: FloatArray | None,
 ) -> tuple[int, ...]:
-    """The numbers of the things that go round a place from which points (n, 3) were seen.
+    """Return the numbers of the things that go round a place from which points (n, 3) were seen.
 
     `bodies` (n,) is the object of each, -1 for none; `seen_from` (n, 3) as of a Cloud. The ground
     closes a thing below where `up` (3,) is known.
@@ -53,7 +53,9 @@ def things_round_a_sensor(
 def _goes_round(
     own: FloatArray, points: FloatArray, place: FloatArray, up: FloatArray | None
 ) -> bool:
-    """Whether a thing, of its `own` points (k, 3) of all, and no room, goes round a place."""
+    """Return whether a thing, of its `own` points (k, 3) of all, and no room, goes round a
+    place.
+    """
     rays = own - place
     ways = rays / np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
     directions = even_directions(WAYS_ROUND)
@@ -81,12 +83,15 @@ HIDDEN_SHARE = 0.01
 
 
 def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> bool:
-    """Whether more of points (n, 3) is hidden from every direction than in a view from one side."""
+    """Return whether more of points (n, 3) is hidden from every direction than in a view from one
+    side.
+    """
     return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
 
 
 def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
-    """The share of points (n, 3) hidden behind others, from the direction where it is smallest.
+    """Return the share of points (n, 3) hidden behind others, from the direction where it is
+    smallest.
 
     `noise` is the sd of a point off its surface, `spacing` the typical distance between points.
     """
@@ -101,7 +106,9 @@ def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
 
 
 def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
-    """So many unit vectors (count, 3) evenly over the sphere above a height: points of a spiral."""
+    """Return `count` unit vectors (count, 3) evenly over the sphere above a height, along a
+    spiral.
+    """
     nth = np.arange(count)
     height = lowest + (1.0 - lowest) * (nth + 0.5) / count
     radius = np.sqrt(1.0 - height**2)
@@ -110,7 +117,7 @@ def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
 
 
 def _hidden(points: FloatArray, way: FloatArray, width: float, gap: float) -> tuple[float, float]:
-    """Shares of points hidden when seen along the direction `way`, and against it."""
+    """Return shares of points hidden when seen along the direction `way`, and against it."""
     flat = points @ plane_axes(way, np.roll(way, 1)).T
     cells = np.floor((flat - flat.min(axis=0)) / width).astype(np.int64)
     cell = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]

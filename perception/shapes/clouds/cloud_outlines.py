@@ -52,7 +52,7 @@ GRID = 1e-6
 def covered_area(
     flat: FloatArray, spacing: FloatArray, noise: float = 0.0
 ) -> tuple[tuple[shapely.Polygon, ...], float]:
-    """Polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
+    """Return polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
 
     `spacing` (n,) is the side of the square that each point has to itself, `noise` the sd of a
     point. There are none where the points are on one line.
@@ -90,7 +90,8 @@ def covered_area(
 
 
 def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
-    """Whether there are as many points at each of points (n, 2) as within a blurred rim, (n,).
+    """Return whether there are as many points at each of points (n, 2) as within a blurred rim,
+    (n,).
 
     Noise carries points 3 sd beyond a face, and along another plane that passes through it; there
     are less than half as many there as on the face. `width` is what density is smoothed by.
@@ -111,7 +112,7 @@ def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
 
 
 def _circumradius(triangles: FloatArray) -> FloatArray:
-    """Radii (n,) of the circles through corners (n, 3, 2): r = abc / (4 area)."""
+    """Return radii (n,) of the circles through corners (n, 3, 2): r = abc / (4 area)."""
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
     (ax, ay), (bx, by) = np.moveaxis(triangles[:, 1:] - triangles[:, :1], (1, 2), (0, 1))
     twice = np.abs(ax * by - ay * bx)
@@ -204,7 +205,9 @@ class _Neighbours:
         )
 
     def snapped(self, line: SideLine, own: int, frame: _Frame, spacing: float) -> SideLine:
-        """The side moved to where its plane meets another's, if it lies there; else as it is."""
+        """Return the side moved to where its plane meets another's, if it lies there; else as it
+        is.
+        """
         slopes = self.normals @ frame.axes.T
         sines = np.linalg.norm(slopes, axis=1)
         sines[own] = 0.0
@@ -238,7 +241,7 @@ class _Neighbours:
 def cloud_outlines(
     points: FloatArray, found: CloudPlanes, *, first: int = 0
 ) -> tuple[Outline, ...]:
-    """Outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
+    """Return outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
 
     A plane whose points lie in several pieces has one for each; points outside all pieces, and
     planes whose points cover no area, have none.
@@ -278,7 +281,8 @@ def _pieces(
 def _sound(
     outline: FloatArray, holes: Sequence[FloatArray], area: shapely.Polygon, spacing: float
 ) -> shapely.Polygon:
-    """The polygon of straight sides if it is valid and covers the area; else the simplified area.
+    """Return the polygon of straight sides if it is valid and covers the area; else the simplified
+    area.
 
     Where sides moved onto one another, those of the outline alone may still do.
     """
@@ -298,7 +302,9 @@ def _ring(
     *,
     is_hole: bool = False,
 ) -> FloatArray:
-    """Corners (k, 2) of one ring, counter-clockwise; fewer than 3 where nothing is left of it."""
+    """Return corners (k, 2) of one ring, counter-clockwise; fewer than 3 where nothing is left of
+    it.
+    """
     around = shapely.geometry.polygon.orient(shapely.Polygon(ring))
     lines = side_lines(shapely.get_coordinates(around.exterior), spacing, inwards=is_hole)
     lines = tuple(neighbours.snapped(line, nth, frame, spacing) for line in lines)

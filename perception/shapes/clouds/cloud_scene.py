@@ -23,7 +23,7 @@ POINTS_OF_LINE = 4
 
 
 def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
-    """The lines of sight from each place that the cloud's points were seen from.
+    """Return the lines of sight from each place that the cloud's points were seen from.
 
     Of all points in about one direction the nearest is kept: the space in front of it is free.
     """
@@ -53,7 +53,9 @@ def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
 
 
 def _per_radian(ways: FloatArray) -> float:
-    """How many lines of sight to a radian there are among the directions (n, 3) of points."""
+    """Return how many lines of sight to a radian there are among the directions (n, 3) of
+    points.
+    """
     if not len(ways):
         return PER_RADIAN
     extent = float(np.ptp(ways, axis=0).max())
@@ -109,14 +111,13 @@ def find_strays(points: FloatArray) -> NDArray[np.bool_]:
     return alone
 
 
-def scene_of_cloud(
-    cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = False, whole: bool | None = None
-) -> Scene:
-    """The scene of a cloud, in its frame and unit of length; `metric` says that this is the metre.
+def scene_of_cloud(cloud: Cloud, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
+    """Return the scene of a cloud, in its frame and unit of length; `metric` says that this is the
+    metre.
 
     `up` is any vector upwards; without one it is found from a floor or from cameras, and the
-    scene's warnings say so, or it is unknown. `whole` says that the surface is known from all
-    sides; without it that is judged from the cloud: wherever one looks from, some of it must be
+    scene's warnings say so, or it is unknown. Whether the surface
+    is known from all sides is judged from the cloud: wherever one looks from, some of it must be
     hidden behind other surface, as of points all over a solid, but not of a view from one side.
     Where it is known from where points were seen, the scene has lines of sight. Points that lie
     alone are left out, and counted in a warning.
@@ -133,7 +134,7 @@ def scene_of_cloud(
         found.rest,
         up=found.up,
         metric=metric,
-        whole=found.whole if whole is None else whole,
+        whole=found.whole,
         warnings=found.warnings,
     )
     return replace(scene, sights=scan_sights(replace(cloud, seen_from=found.seen_from)))

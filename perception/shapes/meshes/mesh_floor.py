@@ -52,7 +52,7 @@ BUMPS = 2.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Space:
-    """What a wall is measured against: the floor's points, and everything's height above it."""
+    """References to measure a wall by: the floor's points, and everything's height above it."""
 
     surface: Surface
     up: FloatArray
@@ -61,7 +61,9 @@ class _Space:
     height: float
 
     def is_wall(self, plane: LargePlane, taken: NDArray[np.bool_]) -> bool:
-        """Whether a plane, its normal outwards, is a wall; `taken` (m,) are walls already."""
+        """Return whether a plane, its normal outwards, is a wall; `taken` (m,) are walls
+        already.
+        """
         surface = self.surface
         corners = surface.points[np.unique(surface.triangles[plane.triangles])]
         along = np.cross(self.up, plane.normal)
@@ -80,7 +82,7 @@ class _Space:
         )
 
     def is_ceiling(self, plane: LargePlane, taken: NDArray[np.bool_], least: float) -> bool:
-        """Whether a level plane, its normal up, is a ceiling of this area at least."""
+        """Return whether a level plane, its normal up, is a ceiling of this area at least."""
         area = float(self.surface.areas[plane.triangles].sum())
         middle = self.floor_points.mean(axis=0)
         return (
@@ -99,7 +101,7 @@ class _Space:
 def find_room(
     surface: Surface, floor: NDArray[np.bool_], level: float, up: FloatArray
 ) -> tuple[LargePlane, ...]:
-    """The walls and the ceiling round a floor, normals outwards; none where it is no room.
+    """Return the walls and the ceiling round a floor, normals outwards; none where it is no room.
 
     `floor` (m,) are the floor's triangles and `level` is their height along `up` (3,), in metres.
     """
@@ -113,7 +115,7 @@ def find_room(
     middle = floor_points.mean(axis=0)
     taken = floor.copy()
     candidates = [
-        _turned_away(plane, middle)
+        plane if float(plane.heights(middle[None])[0]) <= 0.0 else plane.flipped()
         for way in _directions(surface, upright & ~floor, up)
         for plane in iter_planes(surface, way, upright & ~floor)
     ]
@@ -136,7 +138,7 @@ def find_room(
 def leftovers(
     surface: Surface, taken: NDArray[np.bool_], planes: tuple[LargePlane, ...]
 ) -> NDArray[np.bool_]:
-    """What of the other triangles is part of these planes, their normals outwards, the floor first:
+    """Return which other triangles are part of these planes, normals outwards, the floor first:
     bumps of one of them, and pieces just beyond it, as a wall's ends.
     """
     floor = surface.points[np.unique(surface.triangles[planes[0].triangles])]
@@ -152,17 +154,10 @@ def leftovers(
     return (part[piece] | bumps) & left
 
 
-def _turned_away(plane: LargePlane, middle: FloatArray) -> LargePlane:
-    """The plane with its normal away from a point."""
-    if float(plane.heights(middle[None])[0]) <= 0.0:
-        return plane
-    return LargePlane(-plane.normal, -plane.offset, plane.slack, plane.triangles)
-
-
 def _directions(
     surface: Surface, upright: NDArray[np.bool_], up: FloatArray
 ) -> Iterator[FloatArray]:
-    """Level directions (3,) along which most upright surface points, either way."""
+    """Yield level directions (3,) along which most upright surface points, either way."""
     axes = plane_axes(up, np.roll(up, 1))
     flat = surface.normals[upright] @ axes.T
     areas = surface.areas[upright]
@@ -188,7 +183,7 @@ def _directions(
 
 
 def _breadth(plan: FloatArray) -> float:
-    """The least breadth of points (n, 2) over a quarter of 32 directions."""
+    """Return the least breadth of points (n, 2) over a quarter of 32 directions."""
     turns = np.arange(32) * np.pi / 32
     ways = np.column_stack([np.cos(turns), np.sin(turns)])
     return float(np.ptp(plan @ ways.T, axis=0).min())
@@ -237,7 +232,7 @@ class _Object:
         return low <= GAP_SHARE * (high - low) and high - low <= POST * broad
 
     def is_clear_of(self, low: FloatArray, high: FloatArray) -> bool:
-        """Whether it keeps off the rim of a floor from `low` (2,) to `high` (2,)."""
+        """Return whether it keeps off the rim of a floor from `low` (2,) to `high` (2,)."""
         least = CLEAR_SHARE * float((high - low).min())
         margins = [*(self.plan.min(axis=0) - low), *(high - self.plan.max(axis=0))]
         return sum(1 for margin in margins if margin >= least) >= CLEAR_SIDES
@@ -245,8 +240,8 @@ class _Object:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Surroundings:
-    """What things stand on and in: which triangles (m,), and the planes of floor, walls and
-    ceiling, their normals away from the things.
+    """Floor, walls and ceiling round things: which triangles (m,), and the planes of floor, walls
+    and ceiling, their normals away from the things.
     """
 
     triangles: NDArray[np.bool_]
@@ -262,7 +257,8 @@ class Surroundings:
 def find_surroundings(
     surface: Surface, samples: Samples, up: FloatArray, *, metric: bool
 ) -> Surroundings | None:
-    """The floor that things stand on and the room round it, `up` (3,) being known; None without.
+    """Return the floor that things stand on and the room round it, `up` (3,) being known; None
+    without.
 
     `samples` are of the whole surface. `metric` says that lengths are metres: without them nothing
     is a room.
@@ -286,7 +282,8 @@ def find_surroundings(
 def _is_empty_room(
     samples: Samples, triangles: NDArray[np.bool_], planes: tuple[LargePlane, ...], up: FloatArray
 ) -> bool:
-    """Whether walls go all round a floor, without a ceiling, and next to nothing else is left.
+    """Return whether walls go all round a floor, without a ceiling, and next to nothing else is
+    left.
 
     Where walls do not go all round, it is a room's corner.
     """
@@ -301,8 +298,8 @@ def _is_empty_room(
 
 
 def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Triangles (m,) of closed sheets of which less than half is taken: those of a box that stands
-    at a wall, or on a floor, lie in its plane.
+    """Return triangles (m,) of closed sheets of which less than half is taken: those of a box that
+    stands at a wall, or on a floor, lie in its plane.
     """
     count = int(surface.sheets.max()) + 1
     whole = group_sums(surface.sheets, surface.areas, count)
@@ -313,8 +310,8 @@ def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.boo
 
 
 def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
-    """What could be the floor, its normal down: sheets apart from the rest, else the lowest of the
-    level planes, which things may be one surface with.
+    """Yield candidates for the floor, their normals down: sheets apart from the rest, else the
+    lowest of the level planes, which things may be one surface with.
     """
     count = int(surface.sheets.max()) + 1
     level = _level_sheets(surface, up, count) if count > 1 else None
@@ -323,7 +320,7 @@ def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
         yield LargePlane(-up, -level[1], slack, level[0][surface.sheets])
     planes = iter_planes(surface, up)
     for plane in sorted(planes, key=lambda plane: plane.offset):
-        yield LargePlane(-plane.normal, -plane.offset, plane.slack, plane.triangles)
+        yield plane.flipped()
 
 
 def _is_floor(
@@ -335,7 +332,9 @@ def _is_floor(
     *,
     room: bool,
 ) -> bool:
-    """Whether things stand on a floor, and in a room of which these are the triangles (m,)."""
+    """Return whether things stand on a floor, and in a room of which these are the
+    triangles (m,).
+    """
     left = ~triangles[samples.triangles]
     areas = samples.areas * left
     if not areas.sum() > 0.0:
@@ -363,7 +362,7 @@ def _is_floor(
 
 
 def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """The area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
+    """Return the area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
     cell = float((high - low).min()) / CELLS
     return len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
 
@@ -371,7 +370,7 @@ def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
 def _level_sheets(
     surface: Surface, up: FloatArray, count: int
 ) -> tuple[NDArray[np.bool_], float] | None:
-    """Which of the sheets could be the floor together, and the height of its upper side."""
+    """Return which of the sheets could be the floor together, and the height of its upper side."""
     corners = (surface.points @ up)[surface.triangles]
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(low, surface.sheets, corners.min(axis=1))
@@ -395,7 +394,7 @@ def _level_sheets(
 
 
 def _sides_of(plan: FloatArray) -> FloatArray:
-    """Unit vectors (2, 2) along the sides of the least rectangle round points (n, 2)."""
+    """Return unit vectors (2, 2) along the sides of the least rectangle round points (n, 2)."""
     hull = plan[ConvexHull(plan).vertices]
     rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(hull)))
     if len(rectangle) < 4:
@@ -408,7 +407,7 @@ def _sides_of(plan: FloatArray) -> FloatArray:
 def _carries(
     things: list[_Object], low: FloatArray, high: FloatArray, outline: ConvexHull, *, room: bool
 ) -> bool:
-    """Whether the things stand on it as on a floor, not as parts on a base."""
+    """Return whether the things stand on it as on a floor, not as parts on a base."""
     standing = [thing for thing in things if thing.stands]
     if room:
         return bool(standing)

@@ -44,8 +44,12 @@ class LargePlane:
     slack: float
     triangles: NDArray[np.bool_]
 
+    def flipped(self) -> "LargePlane":
+        """Return the plane with the opposite normal."""
+        return LargePlane(-self.normal, -self.offset, self.slack, self.triangles)
+
     def heights(self, points: FloatArray) -> FloatArray:
-        """Distances (n,) of points (n, 3) from the plane, along its normal."""
+        """Return distances (n,) of points (n, 3) from the plane, along its normal."""
         heights: FloatArray = points @ self.normal - self.offset
         return heights
 
@@ -53,8 +57,8 @@ class LargePlane:
 def iter_planes(
     surface: Surface, direction: FloatArray, within: NDArray[np.bool_] | None = None
 ) -> Iterator[LargePlane]:
-    """The large planes across a unit vector (3,), those with most surface first; of the triangles
-    (m,) `within`, else of all.
+    """Yield the large planes across a unit vector (3,), those with most surface first; of the
+    triangles (m,) `within`, else of all.
     """
     across = np.abs(surface.normals @ direction) >= ACROSS
     if within is not None:
@@ -75,8 +79,8 @@ def iter_planes(
 
 
 def _mode(heights: FloatArray, weights: FloatArray, least: float) -> Indices:
-    """Where heights (n,) are densest: the indices of those within the shortest interval that holds
-    half of all weight, and half of that, until no more than `least` is left.
+    """Return where heights (n,) are densest: the indices of those within the shortest interval that
+    holds half of all weight, and half of that, until no more than `least` is left.
     """
     order = np.argsort(heights, kind="stable")
     while True:
@@ -94,7 +98,7 @@ def _mode(heights: FloatArray, weights: FloatArray, least: float) -> Indices:
 
 
 def _grown(surface: Surface, rows: Indices, core: Indices, direction: FloatArray) -> LargePlane:
-    """The plane of the core, and of all else of these rows that is within its roughness."""
+    """Return the plane of the core, and of all else of these rows that is within its roughness."""
     corners = surface.corners[rows]
     least = RESOLUTION * surface.size
     inside = core
@@ -126,8 +130,8 @@ NEAR_SLACKS = 3.0
 def cut_off(
     surface: Surface, taken: NDArray[np.bool_], planes: tuple[LargePlane, ...]
 ) -> tuple[Surface, NDArray[np.bool_]]:
-    """The surface with the triangles `taken` (m,) apart from the others, those closed in the planes
-    where they were cut; and which triangles of that are taken.
+    """Return the surface with the triangles `taken` (m,) apart from the others, those closed in the
+    planes where they were cut; and which triangles of that are taken.
     """
     cut = _cut_edges(surface, taken)
     if not len(cut):
@@ -143,7 +147,7 @@ def cut_off(
 
 
 def _cut_edges(surface: Surface, taken: NDArray[np.bool_]) -> Indices:
-    """Edges (k, 2) that one triangle of the others has, and one that is taken."""
+    """Return edges (k, 2) that one triangle of the others has, and one that is taken."""
     own, other = (_edges(surface.triangles[rows]) for rows in (~taken, taken))
     count = len(surface.points)
     key, uses = np.unique(own[:, 0] * count + own[:, 1], return_counts=True)
@@ -152,7 +156,7 @@ def _cut_edges(surface: Surface, taken: NDArray[np.bool_]) -> Indices:
 
 
 def _edges(triangles: Indices) -> Indices:
-    """The edges (3 m, 2) of triangles, the lower end first."""
+    """Return the edges (3 m, 2) of triangles, the lower end first."""
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     return np.sort(pairs, axis=1)
 
@@ -160,8 +164,8 @@ def _edges(triangles: Indices) -> Indices:
 def _capped(
     surface: Surface, left: NDArray[np.bool_], cut: Indices, planes: tuple[LargePlane, ...]
 ) -> tuple[Surface, Indices]:
-    """The surface with its cut edges moved onto the planes, and triangles (k, 3) that close each
-    piece of what is left there.
+    """Return the surface with its cut edges moved onto the planes, and triangles (k, 3) that close
+    each piece of what is left there.
     """
     points = surface.points.copy()
     own = surface.triangles[left]
@@ -179,7 +183,7 @@ def _capped(
 
 
 def _cap(points: FloatArray, edges: Indices, normal: FloatArray) -> Indices:
-    """Triangles (k, 3) over the loops that edges (e, 2) make across a plane's normal."""
+    """Return triangles (k, 3) over the loops that edges (e, 2) make across a plane's normal."""
     names, place = np.unique(edges, return_inverse=True)
     place = place.reshape(-1, 2)
     # a chain that ends at two other planes is closed along the line where these meet

@@ -68,7 +68,7 @@ class Solids:
 
     @classmethod
     def of(cls, surface: Surface, bodies: Indices) -> "Solids":
-        """Of a surface whose triangles (m,) are of these objects."""
+        """Find the closed sheets of a surface whose triangles (m,) are of these objects."""
         rows = np.flatnonzero(surface.closed)
         sizes = np.zeros(int(bodies.max()) + 1)
         sizes[bodies] = sizes_of(surface.corners, bodies)
@@ -86,7 +86,8 @@ class Solids:
         )
 
     def uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
-        """What the solids of its object, but for those of the sheets `own`, leave of a region.
+        """Yield the parts of a region that no solid of its object covers, but those of the sheets
+        `own`.
 
         The region is in the surface's frame. It may fall apart, or vanish.
         """
@@ -125,7 +126,9 @@ class Solids:
     def _section(
         self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
     ) -> shapely.Geometry:
-        """The section of a solid by the plane n · x = distance, in the plane's coordinates."""
+        """Return the section of a solid by the plane n · x = distance, in the plane's
+        coordinates.
+        """
         corners = self.surface.triangles[self.triangles[nth]]
         names, place = np.unique(corners, return_inverse=True)
         place = place.reshape(corners.shape)
@@ -143,7 +146,7 @@ class Solids:
 
 
 def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:
-    """The corners (k, 3) of a ring in the region's plane."""
+    """Return the corners (k, 3) of a ring in the region's plane."""
     plane = region.plane
     where = shapely.get_coordinates(ring)[:-1] @ axes
     onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
@@ -158,7 +161,7 @@ MANY_PARTS = 1_000
 
 
 def without_loose_strips(surface: Surface) -> Surface:
-    """The surface, of which narrow loose parts are left out if there are many parts.
+    """Return the surface, of which narrow loose parts are left out if there are many parts.
 
     They are open, and narrower than its samples lie apart. Where they are most of it, they stay.
     """
@@ -207,7 +210,8 @@ REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 
 
 def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
-    """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
+    """Return the scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the
+    metre.
 
     `up` is taken from the mesh where it is not given; where it is known, the floor that things
     stand on, and in metres the room round them, are of no object. Raises InputError for a mesh
@@ -265,7 +269,9 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
 
 
 def _samples(surface: Surface) -> Samples:
-    """Those of the whole; InputError where long thin triangles have too many."""
+    """Return sample the whole surface; raise InputError where long thin triangles have too many
+    samples.
+    """
     spacing = SPACING_SHARE * surface.size
     if sample_count(surface.corners, spacing) > MOST_SAMPLES:
         raise InputError(
@@ -276,7 +282,7 @@ def _samples(surface: Surface) -> Samples:
 
 
 def _check_objects(surface: Surface, bodies: Indices) -> None:
-    """Nothing; raises InputError if there are too many objects, those of the triangles in faces."""
+    """Raise InputError if the triangles in faces are of too many objects."""
     count = len(np.unique(bodies))
     if count > MOST_OBJECTS:
         raise InputError(
@@ -286,8 +292,8 @@ def _check_objects(surface: Surface, bodies: Indices) -> None:
 
 
 def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]]:
-    """Whether triangles make a surface together, with a warning if not; those that are an object by
-    themselves are of no other.
+    """Return whether triangles make a surface together, with a warning if not; those that are an
+    object by themselves are of no other.
     """
     lone, areas = surface.lone, surface.areas
     share = float(areas[lone].sum() / areas.sum())
@@ -302,7 +308,9 @@ def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]
 
 
 def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None) -> Indices:
-    """The objects numbered by their surface, the largest first, but what is `taken` (m,) last."""
+    """Return the objects numbered by their surface, the largest first, but what is `taken` (m,)
+    last.
+    """
     areas = np.bincount(bodies, surface.areas)
     if taken is not None:
         areas[bodies[taken]] = 0.0
@@ -313,7 +321,7 @@ def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None)
 
 
 def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) -> Surface:
-    """The surface with normals outwards."""
+    """Return the surface with normals outwards."""
     turn = sides.turned[pieces]
     normals = np.where(turn[:, None], -surface.normals, surface.normals)
     # of a sheet with two sides one is taken, the same for all pieces of a plane
@@ -326,21 +334,15 @@ def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) ->
 
 
 def _faces_of(piece: Piece, body_of: Indices, sides: Sides) -> list[FlatRegion]:
-    """The region with the object that it is of, and of a sheet its back as well."""
+    """Return the region with the object that it is of, and of a sheet its back as well."""
     front = replace(piece.region, body=int(body_of[piece.pieces[0]]))
     if not sides.sheets[piece.pieces[0]]:
         return [front]
-    back = replace(
-        front,
-        plane=front.plane.flipped(),
-        outline=front.outline[::-1],
-        holes=tuple(hole[::-1] for hole in front.holes),
-    )
-    return [front, back]
+    return [front, front.flipped()]
 
 
 def _moved(region: FlatRegion, centre: FloatArray) -> FlatRegion:
-    """The region in the mesh's frame."""
+    """Return the region in the mesh's frame."""
     plane = region.plane
     # n · (x - c) + d = 0: with the offset d - n · c; its covariance by that lever
     lever = np.eye(4)
@@ -360,7 +362,7 @@ def _moved(region: FlatRegion, centre: FloatArray) -> FlatRegion:
 def _rest(
     surface: Surface, bodies: Indices, left: NDArray[np.bool_], sheets: NDArray[np.bool_]
 ) -> Rest:
-    """Points on the triangles that are left, with a density by each object's size.
+    """Return points on the triangles that are left, with a density by each object's size.
 
     Of `sheets`, which show both their sides, neither is the outer one: no normal is known.
     """

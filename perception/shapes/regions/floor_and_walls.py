@@ -47,8 +47,8 @@ SAME_HEIGHT = 0.05
 
 
 def surely_stand(things: Sequence[FloatArray], spacing: float) -> bool:
-    """Whether one of the things, points (k, 3) with the height over the plane last, must stand on
-    it; points on the surface are `spacing` apart.
+    """Return whether one of the things, points (k, 3) with the height over the plane last, must
+    stand on it; points on the surface are `spacing` apart.
     """
     heights = np.array([thing[:, 2].max() for thing in things])
     kinds = [_kind(thing, spacing) for thing in things]
@@ -57,7 +57,7 @@ def surely_stand(things: Sequence[FloatArray], spacing: float) -> bool:
 
 
 def _kind(thing: FloatArray, spacing: float) -> str:
-    """The evidence of a thing (k, 3): "tall", "on feet", or none."""
+    """Return the evidence of a thing (k, 3): "tall", "on feet", or none."""
     plan, heights = thing[:, :2], thing[:, 2]
     high = float(heights.max())
     try:
@@ -85,7 +85,9 @@ def _kind(thing: FloatArray, spacing: float) -> str:
 
 
 def width_of(hull: FloatArray) -> float:
-    """Least distance between two parallel lines that hold a convex polygon (k, 2) between them."""
+    """Return the least distance between two parallel lines that hold a convex polygon (k, 2)
+    between them.
+    """
     span = np.roll(hull, -1, axis=0) - hull
     normals = np.column_stack([span[:, 1], -span[:, 0]])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
@@ -100,7 +102,7 @@ four legs, or the bottom of a box, is as large as what is at it."""
 LEAST_WIDTH = 1.0
 """A floor is as wide as the things on it are high; the foot of a lamp is not."""
 POST = 4.0
-"""What is higher than so many times its plan is broad is a post, a part rather than an object: of
+"""A thing higher than so many times its plan is broad is a post, a part rather than an object: of
 several the plan is what they enclose, as of a table's legs."""
 LEAST_ROOM = 1.2
 """A room's floor is as broad and a wall as high as this, metres: more than a pallet box (1.2 × 1.0
@@ -254,7 +256,9 @@ def _walls(surface: FacedSurface, floor: _Side, sides: Sequence[_Side]) -> list[
 
 
 def _is_large(surface: FacedSurface, floor: _Side, walls: Sequence[_Side]) -> bool:
-    """Whether a floor and walls are too large for a carton, and have no ceiling as a closet has."""
+    """Return whether a floor and walls are too large for a carton, and have no ceiling as a closet
+    has.
+    """
     upright = [side for side in walls if abs(float(side.normal @ floor.normal)) <= UPRIGHT]
     if len(upright) < max(len(walls), 1):
         return False

@@ -63,7 +63,7 @@ class _Rings:
         )
 
     def merged(self) -> tuple[Indices, tuple[Vertex, ...]]:
-        """The vertex of each corner, and the vertices: corners within 3 sd are one."""
+        """Return the vertex of each corner, and the vertices: corners within 3 sd are one."""
         tree = cKDTree(self.points)
         reach = np.minimum(SDS * np.sqrt(2.0) * self.sds, self.slacks)
         pairs = tree.query_pairs(float(reach.max()), output_type="ndarray")
@@ -89,8 +89,8 @@ class _Rings:
     def with_own(
         self, merged: Sequence[Ring], vertices: Sequence[Vertex], apart: Collection[int]
     ) -> tuple[list[Ring], tuple[Vertex, ...]]:
-        """The `merged` rings, but for those numbered in `apart`, which have vertices of their own
-        behind the others.
+        """Return the `merged` rings, but for those numbered in `apart`, which have vertices of
+        their own behind the others.
         """
         loops = list(merged)
         every = list(vertices)
@@ -103,7 +103,7 @@ class _Rings:
 
 
 def _shorter_sides(ring: FloatArray) -> FloatArray:
-    """The shorter of the two sides (k,) that end at each corner of a ring (k, 3)."""
+    """Return the shorter of the two sides (k,) that end at each corner of a ring (k, 3)."""
     sides = np.sqrt(((np.roll(ring, -1, axis=0) - ring) ** 2).sum(axis=1))
     shorter: FloatArray = np.minimum(sides, np.roll(sides, 1))
     return shorter
@@ -112,7 +112,7 @@ def _shorter_sides(ring: FloatArray) -> FloatArray:
 def faces_with_shared_corners(
     regions: Sequence[FlatRegion], sizes: Mapping[int, float]
 ) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
-    """The regions as faces in their order, and the vertices, those of the first face first.
+    """Return the regions as faces in their order, and the vertices, those of the first face first.
 
     Corners of one object within 3 sd are one vertex; `sizes` are the extents of the objects.
     """
@@ -134,7 +134,7 @@ def faces_with_shared_corners(
 def _faces_of(
     regions: Sequence[FlatRegion], corners: _Rings, loops: Sequence[Ring]
 ) -> tuple[Face, ...]:
-    """The faces of the regions, with such loops as rings."""
+    """Return the faces of the regions, with such loops as rings."""
     rings: list[list[Ring]] = [[] for _ in regions]
     for loop, owner in zip(loops, corners.owners, strict=True):
         rings[owner].append(loop)
@@ -147,7 +147,7 @@ def _faces_of(
 def _used(
     faces: tuple[Face, ...], vertices: tuple[Vertex, ...]
 ) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
-    """Faces and the vertices that they use, numbered in the order of the faces."""
+    """Return faces and the vertices that they use, numbered in the order of the faces."""
     new: dict[int, int] = {}
     for face in faces:
         for ring in (face.outline, *face.holes):
@@ -165,7 +165,7 @@ def _used(
 
 
 def _without_repeats(ring: Sequence[int]) -> Ring:
-    """The ring without corners that repeat the one before.
+    """Return the ring without corners that repeat the one before.
 
     >>> _without_repeats([4, 4, 7, 9, 4])
     (7, 9, 4)
@@ -184,7 +184,7 @@ BLOCK = 1 << 18
 
 
 def _directions() -> FloatArray:
-    """Unit vectors (n, 3) along a spiral of golden angles."""
+    """Return unit vectors (n, 3) along a spiral of golden angles."""
     step = np.arange(DIRECTIONS) + 0.5
     height = 1.0 - 2.0 * step / DIRECTIONS
     angle = np.pi * (3.0 - np.sqrt(5.0)) * step
@@ -225,7 +225,7 @@ def assemble_scene(
     whole: bool,
     warnings: Sequence[str] = (),
 ) -> Scene:
-    """The scene of flat regions and the rest of the surface, objects as their numbers say.
+    """Return the scene of flat regions and the rest of the surface, objects as their numbers say.
 
     Faces come by object and then by area, largest first; corners of an object's faces that lie
     within 3 sd are one vertex. Of each object the 300 largest regions become faces. `whole` says
@@ -270,7 +270,7 @@ def assemble_scene(
 
 
 def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
-    """The diagonal of the box round each object, by its number; -1 is what is of none."""
+    """Return the diagonal of the box round each object, by its number; -1 is what is of none."""
     points: dict[int, list[FloatArray]] = defaultdict(list)
     for region in regions:
         points[region.body].append(region.outline)
@@ -283,7 +283,7 @@ def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
 
 
 def unit_vector(up: ArrayLike) -> FloatArray:
-    """Up (3,) as a unit vector; ValueError where it has no direction."""
+    """Return up (3,) as a unit vector; ValueError where it has no direction."""
     vector = np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(vector))
     if not (np.isfinite(length) and length > 0.0):
@@ -300,7 +300,7 @@ def _area(region: FlatRegion) -> float:
 def _largest(
     regions: list[FlatRegion],
 ) -> tuple[list[FlatRegion], list[FlatRegion], tuple[str, ...]]:
-    """Regions by body and area, those that are too many, and a warning of these."""
+    """Return regions by body and area, those that are too many, and a warning of these."""
     areas = {id(region): _area(region) for region in regions}
     ordered = sorted(regions, key=lambda region: (region.body, -areas[id(region)]))
     kept: list[FlatRegion] = []
@@ -323,8 +323,8 @@ def _largest(
 def _patches(
     rest: Rest, count: int, sizes: Mapping[int, float], up: ArrayLike | None
 ) -> tuple[tuple[Patch, ...], tuple[int, ...], tuple[Vertex, ...]]:
-    """One patch for each object that has any rest, the objects' numbers, and the extreme vertices
-    of the patches, numbered from `count`.
+    """Return one patch for each object that has any rest, the objects' numbers, and the extreme
+    vertices of the patches, numbered from `count`.
     """
     numbers = np.unique(rest.bodies).astype(int).tolist() if len(rest.points) else []
     exactly = () if up is None else (np.asarray(up, dtype=np.float64),)
@@ -344,7 +344,7 @@ def _patches(
 
 
 def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
-    """The rest, and points on the regions as well."""
+    """Return the rest, and points on the regions as well."""
     if not regions:
         return rest
     points, normals, areas, bodies = [rest.points], [rest.normals], [rest.areas], [rest.bodies]
@@ -360,7 +360,7 @@ def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
 
 
 def _triangles(region: FlatRegion) -> FloatArray:
-    """Triangles (m, 3, 3) that fill a region, its holes left open."""
+    """Return triangles (m, 3, 3) that fill a region, its holes left open."""
     start = region.outline[0]
     axes = plane_axes(region.plane.normal, region.outline[1] - start)
     rings = [(ring - start) @ axes.T for ring in (region.outline, *region.holes)]

@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.facts.relations import angle_between, pairwise_angles, probability_within
+from facetlog.perception.facts.relations import angle_between, pairwise_angles
 from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
-
-RIGHT = np.pi / 2
 
 
 def _plane(normal, first, second):
@@ -71,25 +69,3 @@ def test_all_pairs_equal_one_by_one_in_every_frame(seed):
         )
     assert (np.diag(angle) == 0).all()
     assert (np.diag(sd) == 0).all()
-
-
-@pytest.mark.parametrize("true_deg", [80.0, 90.0, 104.0])
-def test_probability_is_calibrated_at_the_right_angle(true_deg):
-    p, q = _plane([0, 0, 1], 0.08, 0.05), _plane(_turned(np.radians(true_deg)), 0.06, 0.08)
-    angle, sd = angle_between(p, q)
-    sampled = _sampled_angles(np.random.default_rng(2), p, q)
-    width = np.radians(15.0)
-    share = (np.abs(sampled - RIGHT) <= width).mean()
-    assert probability_within(angle, sd, RIGHT, width) == pytest.approx(share, abs=0.01)
-
-
-@pytest.mark.parametrize("true_deg", [0.0, 4.0, 176.0, 180.0])
-def test_probability_is_near_the_truth_for_parallel_planes(true_deg):
-    p, q = _plane([0, 0, 1], 0.03, 0.03), _plane(_turned(np.radians(true_deg)), 0.03, 0.03)
-    angle, sd = angle_between(p, q)
-    sampled = _sampled_angles(np.random.default_rng(3), p, q)
-    target = 0.0 if true_deg < 90 else np.pi
-    for width in np.radians([2.0, 5.0, 10.0, 20.0]):
-        share = (np.abs(sampled - target) <= width).mean()
-        off = 0.05 if width > 2 * sd else 0.2
-        assert probability_within(angle, sd, target, width) == pytest.approx(share, abs=off)

@@ -8,8 +8,7 @@ import pytest
 from shapely.errors import GEOSException
 
 from facetlog.perception.facts import drawing_facts
-from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand
-from facetlog.perception.facts.fact_schema import ON_DEMAND
+from facetlog.perception.facts.all_facts import facts_on_demand
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Pose
 
@@ -29,13 +28,6 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
         raise GEOSException("side location conflict")
 
     monkeypatch.setattr(drawing_facts, "drawing_rows", fail)
-
-
-def test_they_are_those_of_their_kinds() -> None:
-    rows = fact_rows(SCENE, ON_DEMAND)
-    assert [fact.row for fact in facts_on_demand(SCENE)] == [
-        (kind, *row) for kind, found in rows.items() for row in found
-    ]
 
 
 @pytest.mark.usefixtures("failing")

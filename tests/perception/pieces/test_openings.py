@@ -68,13 +68,6 @@ def test_a_gate_has_one_opening_that_the_ground_closes() -> None:
     assert len(rows["frames"]) == 3
 
 
-def test_a_gate_of_which_up_is_not_known_has_none_but_a_frame_has() -> None:
-    assert not facts(of_boxes(*POSTS, LINTEL, up=False))["opening"]
-    rows = facts(of_boxes(*POSTS, LINTEL, SILL, up=False))
-    assert len(rows["opening"]) == 1
-    assert not rows["opening_heights"]
-
-
 @pytest.mark.parametrize(
     ("boxes", "known"),
     [((*POSTS, LINTEL), False), ((*POSTS, LINTEL, SILL), True), ((LINTEL,), True)],

@@ -2,7 +2,6 @@
 
 import io
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +9,12 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
-from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.draw_pieces import draw_pieces
 from facetlog.perception.pieces.piece_meshes import pieces_bytes
 from facetlog.perception.pieces.pieces import SLENDER, THIN, Kind
 from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces, box_corners
-from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, Pose, View
 from facetlog.rules import __file__ as rules
@@ -32,11 +30,6 @@ def _glb(scene: Scene) -> trimesh.Scene:
     return loaded
 
 
-def _implied(scene: Scene) -> Scene:
-    faces = tuple(replace(face, evidence=Evidence.IMPLIED) for face in scene.faces)
-    return replace(scene, faces=faces)
-
-
 def _view(scene: Scene) -> View:
     """A camera that looks at the scene from above one corner."""
     middle = scene.points.mean(axis=0)
@@ -48,15 +41,6 @@ def _view(scene: Scene) -> View:
     rotation = np.column_stack([right, np.cross(forward, right), forward])
     image = np.full((240, 320), 100, dtype=np.uint8)
     return View("a", image, Camera(320, 240, 480, 480, 159.5, 119.5), Pose(rotation, centre))
-
-
-def test_pieces_have_the_names_of_their_facts_and_the_words_of_models() -> None:
-    chair = build("chair", {})
-    shown = shown_pieces(chair)
-    assert [each.name for each in shown.pieces] == [
-        n for (n,) in fact_rows(chair, {"piece"})["piece"]
-    ]
-    assert sorted(each.piece.kind for each in shown.pieces) == ["bar"] * 4 + ["board"] * 2
 
 
 def test_kinds_are_bounded_as_in_the_vocabulary() -> None:
@@ -80,13 +64,6 @@ def test_a_mesh_of_pieces_has_a_closed_node_for_each_in_the_colour_of_its_kind()
         assert mesh.is_volume
         assert mesh.volume == pytest.approx(np.prod(sizes), rel=1e-4)
         assert tuple(mesh.visual.main_color[:3]) == COLOURS[each.piece.kind]
-
-
-def test_implied_pieces_are_striped() -> None:
-    graph = _glb(_implied(build("cuboid", {})))
-    (mesh,) = graph.geometry.values()
-    assert mesh.volume == pytest.approx(float(np.prod(mesh.extents)), rel=1e-4)
-    assert len(set(mesh.visual.vertex_colors[:, 3].tolist())) == 2
 
 
 def test_what_nobody_saw_is_a_haze_round_as_many_cells() -> None:

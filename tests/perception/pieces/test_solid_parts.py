@@ -37,17 +37,6 @@ def test_a_top_and_four_legs_are_five_parts_whichever_way_it_lies(
     assert sizes(solid_parts(cells)) == [40 * 24 * 2, *[2 * 2 * 24] * 4]
 
 
-def test_sides_of_a_shelf_go_through_and_its_boards_stop_at_them() -> None:
-    sides = [((x, x + 1), (0, 8), (0, 40)) for x in (0, 17)]
-    boards = [((0, 18), (0, 8), (z, z + 1)) for z in (0, 10, 20, 30, 39)]
-    assert sizes(solid_parts(boxes((18, 8, 40), *sides, *boards))) == [320] * 2 + [128] * 5
-
-
-def test_a_board_with_a_bead_along_its_rim_is_one_part() -> None:
-    bead = ((0, 40), (0, 1), (2, 4))
-    assert sizes(solid_parts(boxes((40, 24, 4), ((0, 40), (0, 24), (0, 2)), bead))) == [2000]
-
-
 def test_a_slope_in_steps_of_cells_is_one_part() -> None:
     x, _, z = np.indices((40, 20, 20))
     cells = z < 20 - x // 2

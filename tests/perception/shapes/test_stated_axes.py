@@ -1,4 +1,4 @@
-"""What a file states of up and unit goes before the options, unless these override it."""
+"""Up and unit that a file states go before the options, unless these override them."""
 
 from pathlib import Path
 

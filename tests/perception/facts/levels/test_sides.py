@@ -5,8 +5,6 @@ import pytest
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.levels.levels import (
-    closed_at_back,
-    closed_sides,
     hollow,
     open_from_two_sides,
 )
@@ -22,16 +20,6 @@ def grid(solid: NDArray[np.bool_]) -> Grid:
 
 def empty() -> NDArray[np.bool_]:
     return np.zeros((SIZE, SIZE, SIZE), dtype=np.bool_)
-
-
-def test_arms_leave_the_back_at_the_side_whose_opposite_is_open() -> None:
-    plan = np.ones((SIZE, SIZE), dtype=np.bool_)
-    tall = ~plan
-    tall[:, -1] = True  # the back
-    tall[:2, 4:] = tall[-2:, 4:] = True  # arms that end before the front
-    sides = closed_sides(plan, tall)
-    assert sides == pytest.approx((0.8, 0.8, 0.2, 1.0))
-    assert closed_at_back(sides) == 3
 
 
 @pytest.mark.parametrize(
