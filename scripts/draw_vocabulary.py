@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
-from facetlog.perception.facts.standing_parts import RIM_SHARE
+from facetlog.perception.facts.thing_facts import RIM_SHARE
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import FloatArray

@@ -30,7 +30,7 @@ from benchmarks.pictures.recognition import (
     recognised,
     score,
 )
-from facetlog.perception.facts.angles import pairwise_angles
+from facetlog.perception.facts.relations import pairwise_angles
 from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import FrontEnd

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.common import Cell
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
-from facetlog.perception.facts.angles import angle_between
+from facetlog.perception.facts.relations import angle_between
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock

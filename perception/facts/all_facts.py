@@ -10,12 +10,14 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import repeat
 
+import numpy as np
+
 from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
+from facetlog.perception.facts.fact_kinds import ArgumentKind
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, rows_from
 from facetlog.perception.facts.pieces import piece_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
-from facetlog.perception.facts.scale_error import with_scale_error
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
@@ -30,6 +32,34 @@ __all__ = [
     "facts_on_demand",
     "scene_facts",
 ]
+
+# It moves no two faces against each other, so it is in no covariance of theirs; each measure has it
+# beside its own error, which it does not depend on.
+
+_SD = "Sd"
+_POWERS = {ArgumentKind.LENGTH: 1.0, ArgumentKind.AREA: 2.0}
+
+
+def with_scale_error(facts: FactColumns, scale_sd: float) -> FactColumns:
+    """Return the facts of a scene whose unit has this relative standard deviation.
+
+    Where one deviation is stated of several lengths it has the error of the longest.
+
+    >>> facts = {"length": (["f1"], np.array([2.0]), np.array([0.03]))}
+    >>> with_scale_error(facts, 0.02)["length"][-1].tolist()
+    [0.05]
+    """
+    if not scale_sd > 0.0:
+        return facts
+    found = dict(facts)
+    for kind in FACT_SCHEMA:
+        last, columns = kind.arguments[-1], facts.get(kind.functor, ())
+        if last.name == _SD and last.kind in _POWERS and columns:
+            values = np.abs([c for c in columns[:-1] if isinstance(c, np.ndarray)]).max(axis=0)
+            sd = np.hypot(np.asarray(columns[-1]), _POWERS[last.kind] * scale_sd * values)
+            found[kind.functor] = (*columns[:-1], sd)
+    return found
+
 
 _LOG = logging.getLogger(__name__)
 
@@ -106,7 +136,8 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
 def fact_columns(
     scenes: Sequence[Scene], kinds: Collection[str] | None = None
 ) -> list[FactColumns]:
-    """Arguments of all facts of each scene by functor, in the schema's order, column by column.
+    """Return arguments of all facts of each scene by functor, in the schema's order, column by
+    column.
 
     Scenes together take a fraction of the time that each would take, and have the same facts to the
     last bit. With `kinds` there are only those functors, on demand or not, and what nobody asks for
@@ -133,7 +164,7 @@ def _wanted(kinds: Collection[str] | None) -> dict[str, None]:
 
 
 def _blocks(scenes: Sequence[Scene]) -> Iterator[list[int]]:
-    """Places of scenes that are worked on together."""
+    """Yield places of scenes that are worked on together."""
     block: list[int] = []
     faces = 0
     for i, scene in enumerate(scenes):
@@ -151,7 +182,7 @@ def _blocks(scenes: Sequence[Scene]) -> Iterator[list[int]]:
 
 
 def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
-    """The same of one scene, row by row; functors without a fact have an empty list.
+    """Return the facts of one scene row by row; functors without a fact have an empty list.
 
     >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
     >>> rows = fact_rows(cuboid(0.3, 0.2, 0.1))
@@ -165,7 +196,7 @@ def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
 
 
 def scene_facts(scene: Scene) -> tuple[Fact, ...]:
-    """All facts of a scene but those on demand, grouped by functor in the schema's order.
+    """Return all facts of a scene but those on demand, grouped by functor in the schema's order.
 
     >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
     >>> facts = scene_facts(cuboid(0.3, 0.2, 0.1))

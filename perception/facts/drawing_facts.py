@@ -9,11 +9,9 @@ from facetlog.perception.facts.named_rows import BlockFacts, FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
 
-__all__ = ["drawing_facts", "drawing_rows", "flat_along"]
-
 
 def drawing_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What the views show of the scenes' edges, as drawings; nothing where no camera is known."""
+    """Add the line drawings that views show of the scenes' edges; none where no camera is known."""
     shown = np.array([bool(scene.cameras and scene.faces) for scene in s.scenes])
     for nth, own in s.alone(shown):
         _scene_drawings(own, nth, rows)
@@ -37,7 +35,7 @@ def _scene_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:
 
 
 def drawing_rows(view: str, drawing: LineDrawing, points: list[str], lines: list[str]) -> FactRows:
-    """The facts of one drawing, whose points and lines are called so."""
+    """Return the facts of one drawing, whose points and lines are called so."""
     junctions: list[tuple[Value, ...]] = []
     at: list[tuple[Value, ...]] = []
     for name, rays in zip(points, drawing.rays, strict=True):
@@ -51,7 +49,7 @@ def drawing_rows(view: str, drawing: LineDrawing, points: list[str], lines: list
 
 
 def flat_along(s: SceneMemo) -> NDArray[np.intp]:
-    """An edge and two faces along it (k, 3) that lie in one plane and face the same way."""
+    """Return an edge and two faces along it (k, 3) that lie in one plane and face the same way."""
     along = np.zeros((len(s.edges), len(s.table)), dtype=np.bool_)
     along[s.bounds[:, 0], s.bounds[:, 1]] = True
     found = relations.coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)

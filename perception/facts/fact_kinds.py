@@ -1,10 +1,8 @@
-"""What a fact is: its term, and the kinds of its arguments."""
+"""Facts as terms, and the kinds of their arguments."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
-
-__all__ = ["Argument", "ArgumentKind", "Fact", "FactKind", "Solutions", "Value", "fact_kind"]
 
 Value = str | int | float
 
@@ -29,7 +27,7 @@ class Fact(NamedTuple):
 
 
 class ArgumentKind(StrEnum):
-    """What an argument is, and its unit."""
+    """The kind of an argument, and its unit."""
 
     TEXT = "text"
     SYMBOL = "symbol"
@@ -117,7 +115,7 @@ class FactKind:
 def fact_kind(
     text: str, solutions: Solutions, meaning: str, absent: str = "", *, on_demand: bool = False
 ) -> FactKind:
-    """A kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""
+    """Return a kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""
     functor, *words = text.split()
     arguments = []
     for word in words:
@@ -127,26 +125,7 @@ def fact_kind(
     return FactKind(functor, tuple(arguments), keys, solutions, meaning, absent, on_demand)
 
 
-_SHORT = {
-    "text": ArgumentKind.TEXT,
-    "symbol": ArgumentKind.SYMBOL,
-    "view": ArgumentKind.VIEW,
-    "vertex": ArgumentKind.VERTEX,
-    "edge": ArgumentKind.EDGE,
-    "face": ArgumentKind.FACE,
-    "thing": ArgumentKind.THING,
-    "piece": ArgumentKind.PIECE,
-    "opening": ArgumentKind.OPENING,
-    "junction": ArgumentKind.JUNCTION,
-    "part": ArgumentKind.PART,
-    "level": ArgumentKind.LEVEL,
-    "solid": ArgumentKind.SOLID,
-    "body": ArgumentKind.BODY,
-    "count": ArgumentKind.COUNT,
-    "number": ArgumentKind.NUMBER,
-    "share": ArgumentKind.SHARE,
+_SHORT = {kind.name.lower(): kind for kind in ArgumentKind} | {
     "deg": ArgumentKind.DEGREES,
-    "length": ArgumentKind.LENGTH,
-    "area": ArgumentKind.AREA,
     "px": ArgumentKind.PIXELS,
 }

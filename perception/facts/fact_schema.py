@@ -507,7 +507,7 @@ ON_DEMAND = frozenset(kind.functor for kind in FACT_SCHEMA if kind.on_demand)
 
 
 def fact_fault(fact: Fact) -> str | None:
-    """What is wrong with a fact by the schema, or None.
+    """Return how a fact breaks the schema, or None.
 
     >>> fact_fault(Fact("area", ("f1", 2.0)))
     'area takes 3 arguments, not 2'

@@ -1,10 +1,8 @@
-"""What changes when the code does that reads scene files, checks them, and makes facts of them."""
+"""A digest of the code that reads scene files, checks them, and makes facts of them."""
 
 import hashlib
 from functools import cache
 from pathlib import Path
-
-__all__ = ["FACTS_CODE", "facts_code_hash"]
 
 FACTS_CODE = ("*.py", "facts/**/*.py", "pieces/**/*.py", "space/**/*.py", "surfaces/**/*.py")
 """Modules of perception that a scene file goes through on its way to facts."""
@@ -12,7 +10,7 @@ FACTS_CODE = ("*.py", "facts/**/*.py", "pieces/**/*.py", "space/**/*.py", "surfa
 
 @cache
 def facts_code_hash(room: Path = Path(__file__).parents[1]) -> str:
-    """A digest of those modules' text: some 400 kB, 1.5 ms, once a process.
+    """Return a digest of those modules' text: some 400 kB, 1.5 ms, once a process.
 
     A version is not enough: between two of them a check may be added that a scene does not pass
     whose facts were kept.

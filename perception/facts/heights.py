@@ -1,4 +1,4 @@
-"""What follows from a known up: tilt, and heights in a thing."""
+"""Measures that need a known up: tilt, and heights in a thing."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,6 @@ from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Grounds", "elevations", "extremes", "tilts", "vertical_senses"]
-
 # "Points up" needs 2 sd: 97.7 % one-sided.
 SENSE_SDS = 2.0
 # Heights above the ground of so much of those in the world are 0: the rest is rounding.
@@ -21,7 +19,9 @@ ROUNDING = 1e-12
 
 
 def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
-    """Angles (f,) between planes and the level, radians, 0..π/2, each face's up (f, 3) exact."""
+    """Return angles (f,) between planes and the level, radians, 0..π/2, each face's up (f, 3)
+    exact.
+    """
     rise = dots(planes.normals, up)
     lean = up - rise[:, None] * planes.normals
     size = np.sqrt(dots(lean, lean))
@@ -33,7 +33,7 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
 
 
 def vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
-    """1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
+    """Return 1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
 
     `up` (f, 3) is that of each face's scene, `leaning` what `tilts` says of these planes.
     """
@@ -65,7 +65,8 @@ class Grounds:
         ups: FloatArray,
         floors: FloatArray,
     ) -> "Grounds":
-        """The grounds of things that have vertices: `members` are (thing, vertex), by the things.
+        """Return the grounds of things that have vertices: `members` are (thing, vertex), by the
+        things.
 
         `ups` (s, 3) are those of the scenes, `floors` (t,) heights of the ground, or infinite.
         """
@@ -86,7 +87,7 @@ class Grounds:
         slope: FloatArray,
         covs: FloatArray,
     ) -> Estimates:
-        """Heights (b,) above the grounds of `things` (b,), with their 1σ.
+        """Return heights (b,) above the grounds of `things` (b,), with their 1σ.
 
         `values` (b,) are heights in the world; they answer to vertices (m,) of rows (m,) by
         `slope` (m, 3).
@@ -121,7 +122,7 @@ class Grounds:
 def _highest(
     rows: Indices, vertices: Indices, count: int, table: FaceTable, reach: FloatArray
 ) -> tuple[Indices, Indices, Indices]:
-    """(body, vertex) (m,) each, of the highest vertices of bodies by 3 sd, and how many a body.
+    """Return (body, vertex) (m,) of the highest vertices of bodies by 3 sd, and how many a body.
 
     Body `rows` (h,), ascending, has the vertex `vertices` (h,), which reaches `reach` (h,) far.
     """
@@ -142,7 +143,8 @@ def _highest(
 def extremes(
     vertices: Indices, counts: Indices, things: Indices, grounds: Grounds, table: FaceTable
 ) -> tuple[Estimates, Estimates]:
-    """Heights (b,) of the highest and the lowest vertices of bodies above their things' grounds.
+    """Return heights (b,) of the highest and the lowest vertices of bodies above their things'
+    grounds.
 
     The bodies have so many of the vertices (h,) as `counts` (b,) say, one after the other.
     """
@@ -171,7 +173,7 @@ def extremes(
 
 
 def elevations(table: FaceTable, faces: Indices, things: Indices, grounds: Grounds) -> Estimates:
-    """Heights (r,) of the middles of faces (r,) above the grounds of their things (r,)."""
+    """Return heights (r,) of the middles of faces (r,) above the grounds of their things (r,)."""
     members = table.members
     _, there = row_table(members.counts[faces])
     own = row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])

@@ -13,8 +13,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.types import FloatArray
 
-__all__ = ["KnownLength", "Scale", "with_known_length"]
-
 EXAMPLES = '"v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm", "height = 74 cm" or "height t2 = 74 cm"'
 
 
@@ -31,7 +29,7 @@ class KnownLength:
 
     @classmethod
     def parse(cls, text: str, option: str = "--scale") -> "KnownLength":
-        """The length that a text states; InputError for another, which names the option.
+        """Return the length that a text states; InputError for another, which names the option.
 
         >>> KnownLength.parse("v3 v7 = 25 ± 0.5 cm")
         KnownLength(of=('v3', 'v7'), metres=0.25, sd=0.005)
@@ -56,7 +54,7 @@ class Scale:
 
 
 def with_known_length(scene: Scene, known: KnownLength) -> tuple[Scene, Scale]:
-    """The scene in metres by a length that is known in it, and the scale that follows.
+    """Return the scene in metres by a length that is known in it, and the scale that follows.
 
     The scale is as sure as the known length and that length as it was measured here (in_metres
     says how that goes into the scene). InputError where the lengths are metres already, where the
@@ -77,7 +75,7 @@ def with_known_length(scene: Scene, known: KnownLength) -> tuple[Scene, Scale]:
 
 
 def _ends(scene: Scene, of: tuple[str, ...]) -> tuple[int, int, FloatArray]:
-    """The two vertices between which a length is measured, and the unit vector along it."""
+    """Return the two vertices between which a length is measured, and the unit vector along it."""
     memo = SceneMemo.of(scene)
     match of:
         case (str(name),) if name.startswith("e"):

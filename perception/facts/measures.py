@@ -1,4 +1,4 @@
-"""What one face measures, and what it measures against its thing; each with its 1σ.
+"""Measures of one face, and of a face against its thing; each with its 1σ.
 
 Standard deviations are first-order, from the covariances of vertices and planes, which are taken
 as independent of each other. Lengths are in the scene's unit, areas in its square.
@@ -29,18 +29,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "Estimates",
-    "FaceSizes",
-    "Group",
-    "face_sizes",
-    "outer_members",
-    "protrusions",
-    "reaches_behind",
-    "shares",
-    "thing_boxes",
-]
-
 # Faces this close in area count as equally large; well below any measuring error.
 AREA_TIE = 1e-6
 # Faces within 15 degrees of opposed are sides of one solid (cosine), if the other has this share of
@@ -66,11 +54,13 @@ class Estimates:
 
     @classmethod
     def of(cls, values: FloatArray, variances: FloatArray) -> "Estimates":
-        """Of values and variances (f,); rounding may have left these below zero."""
+        """Return estimates of values and variances (f,); rounding may have left these below
+        zero.
+        """
         return cls(values, np.sqrt(np.maximum(variances, 0.0)))
 
     def pairs(self) -> Iterator[tuple[float, float]]:
-        """(value, sd) of each."""
+        """Return iterate over (value, sd)."""
         return zip(self.values.tolist(), self.sds.tolist(), strict=True)
 
 
@@ -89,7 +79,7 @@ class FaceSizes:
 
 
 def face_sizes(table: FaceTable) -> FaceSizes:
-    """Areas, lengths, widths and fills of all faces."""
+    """Return areas, lengths, widths and fills of all faces."""
     members = table.members
     own = table.covs[members.vertex]
     place, _ = row_table(members.counts)
@@ -134,7 +124,8 @@ def face_sizes(table: FaceTable) -> FaceSizes:
 
 
 def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Extents (f,) of the outlines along directions (f, 2), and the vertices' weights (f, k).
+    """Return extents (f,) of the outlines along directions (f, 2), and the vertices' weights (f,
+    k).
 
     They run from the mean of the lowest vertices to that of the highest, by 3 sd.
     """
@@ -148,7 +139,7 @@ def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _variances(slopes: FloatArray, covs: FloatArray, counts: Indices) -> FloatArray:
-    """Σ gᵀ C g (f,) over rows of gradients (m, 3) at vertices of covariances (m, 3, 3)."""
+    """Return Σ gᵀ C g (f,) over rows of gradients (m, 3) at vertices of covariances (m, 3, 3)."""
     return row_sums(quadratic_forms(slopes, covs), counts)
 
 
@@ -162,12 +153,14 @@ class Group:
 
     @classmethod
     def of(cls, faces: Sequence[int], members: Indices, points: FloatArray) -> "Group":
-        """A thing of these faces and vertices; `points` (n, 3) are the scene's."""
+        """Return a thing of these faces and vertices; `points` (n, 3) are the scene's."""
         return cls(np.array(faces, dtype=np.intp), members, outer_members(members, points))
 
 
 def outer_members(members: Indices, points: FloatArray) -> Indices:
-    """Those of a thing's vertices that lie on its convex hull: no silhouette needs the others."""
+    """Return the vertices of a thing that lie on its convex hull: no silhouette needs the
+    others.
+    """
     if len(members) > FEW_POINTS:
         from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
 
@@ -180,7 +173,9 @@ def outer_members(members: Indices, points: FloatArray) -> Indices:
 
 
 def _pairs(groups: Sequence[Group], whole: bool) -> tuple[Indices, Indices, Indices]:
-    """Faces (r,) of all groups, with how many vertices (r,) of their things, and these (c,)."""
+    """Return faces (r,) of all groups, with how many vertices (r,) of their things, and
+    these (c,).
+    """
     vertices = [group.members if whole else group.outer for group in groups]
     faces = np.concatenate([group.faces for group in groups])
     counts = np.repeat([len(v) for v in vertices], [len(group.faces) for group in groups])
@@ -189,13 +184,13 @@ def _pairs(groups: Sequence[Group], whole: bool) -> tuple[Indices, Indices, Indi
 
 
 def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
-    """How far the things' vertices reach in front of their faces' planes, group by group."""
+    """Return how far the things' vertices reach in front of their faces' planes, group by group."""
     return _reaches(table, groups, 1.0)
 
 
 def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) -> Estimates:
-    """How far the things reach behind their faces' planes, group by group: to the side opposite,
-    where there is one, else to the farthest vertices.
+    """Return how far the things reach behind their faces' planes, group by group: to the side
+    opposite, where there is one, else to the farthest vertices.
 
     A side that was measured is surer than its corners, which ragged faces of pictures lack.
     """
@@ -235,7 +230,7 @@ def reaches_behind(table: FaceTable, groups: Sequence[Group], pairs: FacePairs) 
 
 
 def _reaches(table: FaceTable, groups: Sequence[Group], sign: float) -> Estimates:
-    """How far the things' vertices reach from their faces' planes along their normals (1) or
+    """Return how far the things' vertices reach from their faces' planes along their normals (1) or
     against them (-1), group by group.
     """
     faces, counts, vertices = _pairs(groups, whole=True)
@@ -264,7 +259,7 @@ def _reaches(table: FaceTable, groups: Sequence[Group], sign: float) -> Estimate
 
 
 def _is_member(table: FaceTable, faces: Indices, vertices: Indices) -> Bools:
-    """Whether vertices (r, k) are members of their row's face (r,)."""
+    """Return whether vertices (r, k) are members of their row's face (r,)."""
     known = np.zeros((len(table), len(table.points)), dtype=np.bool_)
     known[table.members.face, table.members.vertex] = True
     found: Bools = known[faces[:, None], vertices]
@@ -272,7 +267,7 @@ def _is_member(table: FaceTable, faces: Indices, vertices: Indices) -> Bools:
 
 
 def shares(table: FaceTable, groups: Sequence[Group]) -> Estimates:
-    """Areas of faces over the silhouettes of their things along the faces' normals, 0..1.
+    """Return areas of faces over the silhouettes of their things along the faces' normals, 0..1.
 
     The silhouette is the convex hull of the thing's vertices, loose edges' ends too, projected
     along the normal. So it does not ask which faces were seen: each face of a block has 1, even
@@ -299,7 +294,8 @@ def shares(table: FaceTable, groups: Sequence[Group]) -> Estimates:
 
 
 def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> Bools:
-    """Which other vertices (r, k) of things show beyond the faces (r,), seen along their normals.
+    """Return which other vertices (r, k) of things show beyond the faces (r,), seen along their
+    normals.
 
     What shows within 3 sd of the face does not: vertices stacked along the normal would otherwise
     each push the silhouette out by their noise.
@@ -378,13 +374,14 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
 
 
 def _preceding(sizes: Indices, after: Indices) -> Indices:
-    """Place (r, k) of the corner before each one of loops of some sizes (r,)."""
+    """Return place (r, k) of the corner before each one of loops of some sizes (r,)."""
     steps = np.arange(after.shape[1])
     return np.where(steps == 0, np.maximum(sizes - 1, 0)[:, None], steps - 1)
 
 
 def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[float, float, float]]:
-    """Sides, longest first, of the least boxes round things, square to each one's largest face.
+    """Return sides, longest first, of the least boxes round things, square to each one's largest
+    face.
 
     Where several faces are the largest, the least of their boxes is taken.
     """
@@ -410,8 +407,8 @@ def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[flo
 
 
 def box_of_points(points: FloatArray) -> tuple[float, float, float]:
-    """Sides, longest first, of the least box round points (n, 3), n > 1, square to the direction in
-    which they vary least.
+    """Return sides, longest first, of the least box round points (n, 3), n > 1, square to the
+    direction in which they vary least.
     """
     normal = np.linalg.eigh(np.cov(points.T))[1][:, 0]
     axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])

@@ -3,15 +3,13 @@
 from facetlog.errors import InputError
 from facetlog.perception.scene import Scene
 
-__all__ = ["MOST_FACES", "check_face_count"]
-
 MOST_FACES = 2_000
-"""Of 600 faces `query` takes 440 MB, of 1,200 it takes 1.24 GB, most of it angles and offsets of
+"""For 600 faces `query` takes 440 MB, for 1,200 1.24 GB, most of it angles and offsets of
 pairs, half of that in Python: some .75 kB a pair, 3 GB for so many faces."""
 
 
 def check_face_count(scene: Scene, source: object) -> None:
-    """Nothing; raises InputError, naming the `source`, if the scene has more faces than that."""
+    """Raise InputError, naming the `source`, if the scene has more faces than that."""
     count = len(scene.faces)
     if count > MOST_FACES:
         raise InputError(

@@ -14,8 +14,6 @@ from facetlog.perception.facts.fact_schema import Value
 from facetlog.perception.ragged import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BlockFacts", "FactColumns", "FactRows", "named_in_order", "names", "rows_from"]
-
 FactRows: TypeAlias = dict[str, list[tuple[Value, ...]]]
 """Arguments of facts by functor."""
 
@@ -30,7 +28,7 @@ FactColumns: TypeAlias = dict[str, tuple[list[str] | list[int] | FloatArray, ...
 
 @lru_cache(maxsize=64)
 def names(letter: str, count: int) -> tuple[str, ...]:
-    """Names of all that there are of a kind.
+    """Return names of all that there are of a kind.
 
     >>> names("f", 2)
     ('f1', 'f2')
@@ -39,7 +37,7 @@ def names(letter: str, count: int) -> tuple[str, ...]:
 
 
 def named_in_order(letter: str, counts: Indices) -> NDArray[np.object_]:
-    """Names of all that the scenes have of a kind, so many each, scene by scene.
+    """Return names of all that the scenes have of a kind, so many each, scene by scene.
 
     >>> named_in_order("f", np.array([2, 1])).tolist()
     ['f1', 'f2', 'f1']
@@ -49,7 +47,7 @@ def named_in_order(letter: str, counts: Indices) -> NDArray[np.object_]:
 
 
 def rows_from(columns: Sequence[list[str] | list[int] | FloatArray]) -> list[tuple[Value, ...]]:
-    """Rows of columns of one length."""
+    """Return rows of columns of one length."""
     plain = (c.tolist() if isinstance(c, np.ndarray) else c for c in columns)
     return list(zip(*plain, strict=True))
 
@@ -64,11 +62,11 @@ class BlockFacts:
         }
 
     def wants(self, functor: str) -> bool:
-        """Whether its facts are asked for."""
+        """Return whether its facts are asked for."""
         return functor in self._pieces
 
     def add(self, functor: str, scenes: Indices, *columns: Column) -> None:
-        """Adds facts, each of the scene (n,) that is given for it, ascending."""
+        """Add facts, each of the scene (n,) that is given for it, ascending."""
         if functor not in self._pieces or not len(scenes):
             return
         ends = np.searchsorted(scenes, np.arange(1, self._count + 1)).tolist()
@@ -79,7 +77,7 @@ class BlockFacts:
             begin = end
 
     def add_rows(self, functor: str, scene: int, rows: Iterable[tuple[Value, ...]]) -> None:
-        """Adds facts of one scene, row by row."""
+        """Add facts of one scene, row by row."""
         found = list(rows)
         if functor in self._pieces and found:
             columns = tuple(_column(column) for column in zip(*found, strict=True))
@@ -88,7 +86,7 @@ class BlockFacts:
     def add_both_ways(
         self, functor: str, scenes: Indices, one: Names, two: Names, *columns: Column
     ) -> None:
-        """Adds a fact for each pair of names, and after it that for the two in the other order."""
+        """Add a fact for each pair of names, and after it that for the two in the other order."""
         if functor in self._pieces:
             order = np.repeat(np.arange(len(scenes)), 2)
             second = np.arange(len(order)) % 2 == 1
@@ -99,7 +97,7 @@ class BlockFacts:
             self.add(functor, scenes[order], names[first], names[last], *twice)
 
     def of_scene(self, scene: int) -> FactColumns:
-        """The facts of one scene."""
+        """Return the facts of one scene."""
         return {
             functor: tuple(c if c.dtype == np.float64 else c.tolist() for c in _joined(own[scene]))
             for functor, own in self._pieces.items()

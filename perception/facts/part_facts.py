@@ -11,30 +11,12 @@ from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "angle_facts",
-    "coplanar_facts",
-    "dihedral_facts",
-    "edge_facts",
-    "face_facts",
-    "meeting_facts",
-    "offset_facts",
-    "opposite_facts",
-    "plane_facts",
-    "scene_facts",
-    "sight_facts",
-    "size_facts",
-    "spread_facts",
-    "vertex_facts",
-    "view_facts",
-]
-
 # Where the upper half of a covariance stands.
 UPPER = tuple(zip(*(each.tolist() for each in np.triu_indices(3)), strict=True))
 
 
 def scene_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The scenes' names, units, up and views."""
+    """Add the scenes' names, units, up and views."""
     for nth, scene in enumerate(s.scenes):
         rows.add_rows("scene", nth, [(scene.name,)])
         rows.add_rows("scale", nth, [("metric" if scene.metric else "unknown",)])
@@ -45,20 +27,20 @@ def scene_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def vertex_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Vertices and where they are."""
+    """Add vertices and their positions."""
     scenes = s.table.tolerance.scene
     rows.add("vertex", scenes, s.vertex_names)
     rows.add("point", scenes, s.vertex_names, *s.table.points.T)
 
 
 def spread_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Covariances of vertices."""
+    """Add covariances of vertices."""
     columns = (s.table.covs[:, i, j] for i, j in UPPER)
     rows.add("point_cov", s.table.tolerance.scene, s.vertex_names, *columns)
 
 
 def view_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What views say of vertices."""
+    """Add labels of vertices, and the pixels at which views saw them."""
     for nth, scene in enumerate(s.scenes):
         labels, seen = [], []
         for i, vertex in enumerate(scene.vertices, 1):
@@ -73,7 +55,7 @@ def view_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def edge_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Edges, how long they are, what supports them, and which faces they bound."""
+    """Add edges, their lengths and support, and the faces that they bound."""
     table, (start, end), scenes = s.table, s.edges.T, s.edge_scene
     found = s.edge_names
     rows.add("edge", scenes, found, s.vertex_names[start], s.vertex_names[end])
@@ -104,7 +86,7 @@ def _face_evidence(s: SceneMemo) -> NDArray[np.object_]:
 
 
 def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Faces, their corners, and how much of them was seen."""
+    """Add faces, their corners, and the share of them that was seen."""
     table, found, scenes = s.table, s.face_names, s.table.scene
     rows.add("face", scenes, found)
     rows.add("evidence", scenes, found, _face_evidence(s))
@@ -116,7 +98,7 @@ def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def sight_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """From where something was seen, and what each view shows of each face."""
+    """Add the places of cameras and scanners, and the share of each face that each view shows."""
     for nth, scene in enumerate(s.scenes):
         places = [(f"view{i}", *pose.centre.tolist()) for i, pose in enumerate(scene.poses, 1)]
         scans = [lines.origin.tolist() for lines in scene.sights if lines.view is None]
@@ -133,7 +115,7 @@ def sight_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Planes of faces and how sure they are."""
+    """Add planes of faces and their uncertainty."""
     table, planes, found = s.table, s.table.planes, s.face_names
     rows.add("plane", table.scene, found, *planes.normals.T, planes.offsets)
     levers = np.column_stack([table.middles, np.ones(len(table))])
@@ -142,7 +124,7 @@ def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How large faces are, and of what shape."""
+    """Add areas, lengths, widths and fills of faces."""
     if not len(s.table):
         return
     sizes = s.face_sizes
@@ -158,19 +140,19 @@ def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
 def _of_all_pairs(
     functor: str, values: tuple[FloatArray, FloatArray], s: SceneMemo, rows: BlockFacts
 ) -> None:
-    """Facts (face, other face, value, sd) of all pairs."""
+    """Add facts (face, other face, value, sd) of all pairs."""
     one, two = s.face_names[s.pairs.one], s.face_names[s.pairs.two]
     rows.add(functor, s.table.scene[s.pairs.one], one, two, *values)
 
 
 def angle_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Angles between normals, of all pairs of faces."""
+    """Add angles between normals, of all pairs of faces."""
     angles, sds = s.angles
     _of_all_pairs("angle", (np.rad2deg(angles), np.rad2deg(sds)), s, rows)
 
 
 def offset_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far faces are in front of the planes of others, of all pairs."""
+    """Add signed distances of faces from the planes of others, of all pairs."""
     _of_all_pairs("offset", s.offsets, s, rows)
 
 
@@ -180,21 +162,21 @@ def _faces_both_ways(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFact
 
 
 def opposite_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Pairs of faces that look away from each other or at each other."""
+    """Add pairs of faces that look away from each other or at each other."""
     if len(s.table):
         found = relations.opposite_pairs(s.table, s.pairs, s.angles)
         _faces_both_ways("opposite", found, s, rows)
 
 
 def coplanar_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Pairs of faces in one plane."""
+    """Add pairs of faces in one plane."""
     found = relations.coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
     one, two = s.pairs.one[found], s.pairs.two[found]
     _faces_both_ways("coplanar", np.column_stack([one, two]), s, rows)
 
 
 def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Pairs of faces that meet, with the edge where they do."""
+    """Add pairs of faces that meet, with the edge where they do."""
     contacts = s.contacts
     if not len(contacts.first):
         return
@@ -212,7 +194,7 @@ def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def dihedral_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The solid's angles where two faces meet, and whether it bulges there or is hollow."""
+    """Add the solid's angles where two faces meet, and whether it is convex or concave there."""
     # Of each pair that run against each other the longest contact, the first of equals.
     bent = s.contacts.take(s.contacts.against)
     order = np.lexsort((-bent.length, bent.faces[:, 1], bent.faces[:, 0]))

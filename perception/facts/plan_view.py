@@ -17,8 +17,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Plans", "clear_below", "overlaps"]
-
 # A face this near to upright has a line for a plan (the vocabulary's "upright": 80° and more).
 UPRIGHT = np.deg2rad(10.0)
 # Free height "under most of it": 80 %, the vocabulary's figure.
@@ -51,7 +49,7 @@ class Plans:
 
     @classmethod
     def of(cls, table: FaceTable, ups: FloatArray) -> "Plans":
-        """The plans of faces, seen along the ups (s, 3) of their scenes."""
+        """Return the plans of faces, seen along the ups (s, 3) of their scenes."""
         up = ups[table.scene]
         rise = np.abs(dots(table.planes.normals, up))
         index = np.flatnonzero((rise > np.sin(UPRIGHT)) & (table.areas > 0.0))
@@ -69,7 +67,9 @@ class Plans:
 
 
 def overlaps(plans: Plans) -> tuple[Indices, Indices, FloatArray]:
-    """Pairs i, j (p,), i < j, whose plans overlap: the intersection over the smaller plan."""
+    """Return pairs i, j (p,), i < j, whose plans overlap: the intersection over the smaller
+    plan.
+    """
     one, two = plans.meeting[plans.meeting[:, 0] < plans.meeting[:, 1]].T
     areas = plans.outlines.areas
     shares = plans.outlines.take(one).shared_areas(plans.outlines.take(two))
@@ -80,7 +80,9 @@ def overlaps(plans: Plans) -> tuple[Indices, Indices, FloatArray]:
 
 
 def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
-    """Points (l, q, 2) of grids square to the plans' least rectangles; which are in them (l, q)."""
+    """Return points (l, q, 2) of grids square to the plans' least rectangles; which are in them (l,
+    q).
+    """
     corners, there = outlines.corners()
     direction, length, width = least_rectangles(corners, there, outlines.convex)
     frames = np.stack([direction, direction[:, ::-1] * [-1.0, 1.0]], axis=1)
@@ -105,7 +107,7 @@ def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
 def _solid_down_to(
     table: FaceTable, contacts: SideContacts, senses: Indices, up: FloatArray
 ) -> FloatArray:
-    """For every upward face the height (f,) to which the solid under it reaches, as far as is seen.
+    """Return the height (f,) down to which the solid under each upward face is seen to reach.
 
     Upward faces that meet convexly or flat roof one solid. It reaches down as far as the shortest
     of the other faces that meet the roof convexly; a roof without such sides is but itself, down
@@ -132,7 +134,9 @@ def _solid_down_to(
 
 
 def _mostly_down_to(table: FaceTable, face: int, up: FloatArray) -> float:
-    """The height to which four in five columns of a face's outline reach from its upper sides."""
+    """Return the height to which four in five columns of a face's outline reach from its upper
+    sides.
+    """
     ring = table.points[table.outlines[face, table.there[face]]]
     x, y = ring @ np.cross(up, table.planes.normals[face]), ring @ up
     at = x.min() + np.ptp(x) * (np.arange(RAYS) + 0.5) / RAYS
@@ -160,7 +164,7 @@ class _Rays:
 
     @classmethod
     def of_rows(cls, plans: Plans, rows: slice, where: FloatArray) -> "_Rays":
-        """The rays from some of the plans, which are at `where` (r, q, 2)."""
+        """Return the rays from some of the plans, which are at `where` (r, q, 2)."""
         table, up, index = plans.table, plans.up, plans.index
         normals, middles, up = table.planes.normals[index], table.middles[index], up[index]
         # The plane of a face has the height base + slopes · x over the plan.
@@ -176,7 +180,9 @@ class _Rays:
         return cls(start, hits, hit, starts, ray[starts])
 
     def highest_below(self, limits: FloatArray, faces: Bools) -> FloatArray:
-        """Heights (r, q) where rays next meet one of `faces` (l,) below limits (r, q), or -inf."""
+        """Return heights (r, q) where rays next meet one of `faces` (l,) below limits (r, q), or
+        -inf.
+        """
         nearest = np.full(limits.shape, -np.inf)
         if len(self.of):
             counts = np.diff(self.starts, append=len(self.face))
@@ -189,7 +195,7 @@ class _Rays:
 def clear_below(
     plans: Plans, ground: FloatArray, contacts: SideContacts, senses: Indices
 ) -> tuple[Indices, FloatArray]:
-    """Faces (c,) that are not upright, and the free height (c,) under 80 % of them, by rays.
+    """Return faces (c,) that are not upright, and the free height (c,) under 80 % of them, by rays.
 
     Where the solid under a face reaches down to the ground it carries the face, and counts neither
     way, up to half of the face: more is a block, under which nothing is free. A ray runs down, and
@@ -224,7 +230,9 @@ def clear_below(
 
 
 def _portions(pairs: Indices) -> Iterator[slice]:
-    """Rows in portions of some PAIRS_AT_ONCE, of which there are so many (r,) for each row."""
+    """Yield rows in portions of some PAIRS_AT_ONCE, of which there are so many (r,) for
+    each row.
+    """
     begin, count = 0, 0
     for row, own in enumerate(pairs.tolist()):
         if count and count + own > PAIRS_AT_ONCE:
@@ -238,7 +246,7 @@ def _portions(pairs: Indices) -> Iterator[slice]:
 def _free_below(
     rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
+    """Return heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
 
     `senses` (l,) are those of all faces, `own` (r,) of the rays' own; `solid` (r,) is how far down
     the solid under these is seen to reach; what is within `resolution` (r,) is one height.

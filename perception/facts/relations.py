@@ -1,13 +1,13 @@
 """How two faces lie to each other: offset, opposite, coplanar; all pairs at once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from facetlog.perception.batch_linalg import along_axes, dots
-from facetlog.perception.facts.angles import angles_between
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.batch_linalg import along_axes, dots, quadratic_forms
+from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.ragged import (
     Indices,
     chosen_places,
@@ -15,12 +15,94 @@ from facetlog.perception.ragged import (
     row_starts,
     row_sums,
 )
+from facetlog.perception.scene import Plane
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FacePairs", "angles", "coplanar_pairs", "offsets", "opposite_pairs", "seen_along"]
+# First-order propagation of the normals' covariances: calibrated for angles surer than about 7°;
+# from an sd of 10-15° on "unknown" is the honest word. At 0° and 180° the first order breaks down:
+# there any error of a normal makes the angle between two parallel planes larger (or smaller), none
+# leaves it. `sd` is therefore the root mean square error of the measured angle about the true one,
+# with the second-order part of the error across the plane of the two normals added; it tends to
+# the first-order value away from 0° and 180° and to the length of the two-dimensional tilt error
+# there, and in between, at one to three sd from them, it is up to a fifth on the safe side.
+
+# Angles and sds below this are rounding (rad).
+LEAST_SINE = 1e-9
+# Twice the mean of |x| for a standard normal x.
+MEAN_FOLD = 2.0 * np.sqrt(2.0 / np.pi)
+
+
+def _angles(
+    normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
+) -> tuple[FloatArray, FloatArray]:
+    """Return angles and sds (p,) between `one` and `two` (p,) of unit normals with covariances."""
+    n, m = normals[one], normals[two]
+    product = cross(n, m)
+    sine = np.sqrt(dots(product, product))
+    cosine = dots(n, m)
+    angle = np.arctan2(sine, cosine)
+    # Of parallel normals every direction across them will do: the sum of both variances counts.
+    axis = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
+    some = cross(n, axis)
+    parallel = (sine < LEAST_SINE)[..., None]
+    across = np.where(parallel, some, product)
+    across = across / np.sqrt(dots(across, across))[:, None]
+    n_way, m_way = cross(across, n), cross(m, across)
+
+    # dθ = -n_way · dn - m_way · dm, with the ways towards the other normal.
+    within = quadratic_forms(n_way, covs, one) + quadratic_forms(m_way, covs, two)
+    # An error e across, with sd s, adds e² cot θ / 2 to the angle: with t = |tan θ| a mean square
+    # of 3/4 s⁴ / t² far from 0° and 180°, and of s² - 2 √(2/π) s t close to them. Both are in
+    # s⁴ / (s² + 2 √(2/π) s t + 4/3 t²), here times cos² above and below, for the right angle.
+    s2 = quadratic_forms(across, covs, one) + quadratic_forms(across, covs, two)
+    c = np.abs(cosine)
+    below = s2 * c * c + MEAN_FOLD * np.sqrt(s2) * sine * c + 4.0 / 3.0 * sine * sine
+    extra = np.divide(s2 * s2 * c * c, below, out=np.zeros_like(s2), where=below > 0)
+    return angle, np.sqrt(within + extra)
+
+
+def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
+    """Return the angle between the normals, in [0, π] rad, and its standard deviation (rad).
+
+    Takes the errors of the two planes to be independent; planes that share vertices are not quite.
+    """
+    normals, covs = np.array([p.normal, q.normal]), np.array([p.cov[:3, :3], q.cov[:3, :3]])
+    angle, sd = _angles(normals, covs, np.array([0]), np.array([1]))
+    return float(angle[0]), float(sd[0])
+
+
+def angles_between(
+    normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
+) -> tuple[FloatArray, FloatArray]:
+    """Return angles (p,) and standard deviations (p,), rad, between the normals `one` and `two`
+    (p,).
+
+    `normals` (n, 3) have covariances (n, 3, 3).
+    """
+    first = _angles(normals, covs, one, two)
+    # The same either way round: of parallel normals the direction across is that of the first.
+    second = _angles(normals, covs, two, one)
+    return (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
+
+
+def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
+    """Return angles (n, n) and standard deviations (n, n) between all normals, rad; 0 on the
+    diagonal.
+    """
+    count = len(planes)
+    angles, sds = np.zeros((2, count, count))
+    if count:
+        one, two = np.triu_indices(count, 1)
+        normals = np.array([p.normal for p in planes])
+        covs = np.array([p.cov[:3, :3] for p in planes])
+        found = angles_between(normals, covs, one, two)
+        for table, values in zip((angles, sds), found, strict=True):
+            table[one, two] = table[two, one] = values
+    return angles, sds
+
 
 # First-order angles are calibrated up to 7° and mean little beyond 15°.
 VAGUE = np.deg2rad(15.0)
@@ -44,7 +126,7 @@ class FacePairs:
 
     @classmethod
     def of(cls, table: FaceTable) -> "FacePairs":
-        """The pairs of all scenes of a table."""
+        """Return the pairs of all scenes of a table."""
         faces = table.face_counts
         one, two = pairs_in_rows(faces, faces)
         apart = one != two
@@ -63,7 +145,7 @@ class FacePairs:
 
 
 def angles(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
-    """Angles (p,) between the normals of pairs of faces and their 1σ, radians."""
+    """Return angles (p,) between the normals of pairs of faces and their 1σ, radians."""
     rows = pairs.ascending
     own = angles_between(
         table.planes.normals, table.planes.normal_covs, pairs.one[rows], pairs.two[rows]
@@ -75,7 +157,9 @@ def angles(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
 
 
 def offsets(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]:
-    """Signed distances (p,) of the middles of first faces from the planes of the second, and 1σ."""
+    """Return the signed distances (p,) of the middles of first faces from the planes of the second,
+    and 1σ.
+    """
     slopes, members = table.members.middle_slope, table.members
     # Of a middle: Σ J C Jᵀ over its vertices.
     covs = row_sums(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
@@ -88,7 +172,9 @@ def coplanar_pairs(
     angles: tuple[FloatArray, FloatArray],
     distances: tuple[FloatArray, FloatArray],
 ) -> Indices:
-    """Places (c,) of pairs, i < j, in one plane: normals parallel or opposed, middles in them."""
+    """Return places (c,) of pairs, i < j, in one plane: normals parallel or opposed, middles in
+    them.
+    """
     off = np.minimum(angles[0], np.pi - angles[0])
     flat = off <= np.minimum(SDS * angles[1], VAGUE) + ANGLE_RESOLUTION
     near = np.abs(distances[0]) <= table.tolerance.within(distances[1], table.scene[pairs.one])
@@ -97,7 +183,9 @@ def coplanar_pairs(
 
 
 def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines:
-    """Outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for all."""
+    """Return outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for
+    all.
+    """
     points = table.points
     frames = np.broadcast_to(frames, (len(faces), 2, 3))
     loops = along_axes(points[table.outlines[faces]], frames)
@@ -119,7 +207,9 @@ def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines
 def opposite_pairs(
     table: FaceTable, every: FacePairs, angles: tuple[FloatArray, FloatArray]
 ) -> Indices:
-    """Pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean normal."""
+    """Return pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean
+    normal.
+    """
     limit = np.clip(SDS * angles[1], OPPOSITE_LEAST, VAGUE)
     rows = every.ascending
     rows = rows[(np.pi - angles[0] <= limit)[rows]]

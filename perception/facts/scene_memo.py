@@ -1,4 +1,4 @@
-"""What several kinds of facts are made from, worked out once for some scenes, and if asked for."""
+"""Lazily computed values of scenes that several kinds of facts are made from."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -24,8 +24,6 @@ from facetlog.perception.surfaces.floors import floor_heights
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Names", "SceneMemo"]
-
 Names = NDArray[np.object_]
 
 
@@ -42,11 +40,13 @@ class SceneMemo:
 
     @classmethod
     def of(cls, *scenes: Scene) -> "SceneMemo":
-        """The memo of some scenes, with nothing in it yet."""
+        """Return the memo of some scenes, with nothing in it yet."""
         return cls(scenes, FaceTable.of(*scenes))
 
     def alone(self, which: Bools) -> Iterator[tuple[int, "SceneMemo"]]:
-        """Places and memos of some of the scenes (s,), each alone: for facts that take long."""
+        """Yield places and memos of some of the scenes (s,), each alone: for facts that
+        take long.
+        """
         for nth in np.flatnonzero(which).tolist():
             yield nth, self if len(self.scenes) == 1 else SceneMemo.of(self.scenes[nth])
 
@@ -197,7 +197,7 @@ class SceneMemo:
 
     @cached_property
     def upright(self) -> Bools:
-        """Of which scenes (s,) up is known."""
+        """Whether up is known of each scene (s,)."""
         return np.array([scene.up is not None for scene in self.scenes])
 
     @cached_property
@@ -237,7 +237,7 @@ class SceneMemo:
 
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
-        """What each thing (by its index) fills of its space."""
+        """The filled space of each thing, by its index."""
         return filled_spaces(
             self.scenes, self.table, self.edges, self.things, self.members, self.floors
         )
@@ -264,7 +264,7 @@ class SceneMemo:
 
 
 def _moved(thing: Thing, faces: int, edges: int, scene: int) -> Thing:
-    """A thing of a scene alone, in a block that has so many faces and edges before."""
+    """Return a thing of a scene alone, in a block that has so many faces and edges before."""
     return replace(
         thing,
         faces=tuple(faces + i for i in thing.faces),
@@ -274,7 +274,7 @@ def _moved(thing: Thing, faces: int, edges: int, scene: int) -> Thing:
 
 
 def _listed(rows: Iterable[tuple[int, ...]]) -> tuple[Indices, Indices]:
-    """The row of each entry, and the entry."""
+    """Return the row of each entry, and the entry."""
     kept = tuple(rows)
     owner = np.repeat(np.arange(len(kept)), [len(row) for row in kept])
     return owner, np.fromiter(chain.from_iterable(kept), np.intp, len(owner))

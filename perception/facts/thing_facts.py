@@ -1,39 +1,83 @@
 """Facts about things: what belongs to them, how large they are, where their parts are in them."""
 
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.batch_linalg import dots
 from facetlog.perception.facts import heights, measures, plan_view
-from facetlog.perception.facts.levels.bounded import Bounded
 from facetlog.perception.facts.levels.filled_space import curved_share
-from facetlog.perception.facts.levels.shelves import shelves_below
+from facetlog.perception.facts.levels.levels import Bounded, shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.facts.standing_parts import at_rim
-from facetlog.perception.ragged import Indices, chosen_places
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ragged import Bools, Indices, chosen_places
 from facetlog.perception.space.space import LEAST_UNKNOWN, State
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
+from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import SDS
+from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "body_facts",
-    "box_facts",
-    "clear_facts",
-    "elevation_facts",
-    "front_facts",
-    "gap_facts",
-    "overlap_facts",
-    "protrusion_facts",
-    "reach_facts",
-    "rim_facts",
-    "share_facts",
-    "space_facts",
-    "surface_facts",
-    "thing_facts",
-    "tilt_facts",
-    "unseen_facts",
-]
+# A part whose middle is this near to the outline, as a share of the face's width, is at the rim:
+# legs are inset by 5 to 12 % of a table's width.
+RIM_SHARE = 0.15
+# Parts that lean less than this from upright stand: sin 30°.
+LEANS_LITTLE = 0.5
+
+
+def at_rim(
+    ups: FloatArray,
+    table: FaceTable,
+    widths: FloatArray,
+    edges: Indices,
+    things: Sequence[Thing],
+) -> Iterator[tuple[int, bool, int, int]]:
+    """Yield (scene, loose, part, face) where a part of a thing stands at a level face's rim.
+
+    Parts are upright faces and, where that is so, `loose` edges (e, 2) of vertices. `ups` (s, 3)
+    are the scenes', zero where up is not known: nothing is level there. `widths` (f,) are the
+    faces'.
+    """
+    axes = plane_axes(ups, np.eye(3)[np.abs(ups).argmin(axis=1)])
+    rise = np.abs(dots(table.planes.normals, ups[table.scene]))
+    level: Bools = (rise > LEVEL_ENOUGH) & (table.areas > 0.0)
+    stands: Bools = (rise < LEANS_LITTLE) & np.asarray(ups.any(axis=1))[table.scene]
+    corners = np.where(table.there[..., None], table.points[table.outlines], 0.0)
+    middles = corners.sum(axis=1) / np.maximum(table.sizes, 1)[:, None]
+    rises = _rising(table.points[edges], ups, things)
+    for thing in things:
+        faces = np.array(thing.faces, dtype=np.intp)
+        rims, upright = faces[level[faces]], faces[stands[faces]]
+        loose = np.array([i for i in thing.edges if rises[i]], dtype=np.intp)
+        if not len(rims) or not len(upright) + len(loose):
+            continue
+        plan = axes[thing.scene]
+        rings = [shapely.linearrings(corners[f, table.there[f]] @ plan.T) for f in rims.tolist()]
+        standing = np.concatenate([middles[upright], table.points[edges[loose]].mean(axis=1)])
+        away = shapely.distance(np.array(rings)[:, None], shapely.points(standing @ plan.T)[None])
+        parts = np.concatenate([upright, loose])
+        for row, column in np.argwhere(away <= RIM_SHARE * widths[rims, None]).tolist():
+            is_loose = column >= len(upright)
+            yield thing.scene, is_loose, int(parts[column]), int(rims[row])
+
+
+def _rising(ends: FloatArray, ups: FloatArray, things: Sequence[Thing]) -> Bools:
+    """Return which loose edges of things, of all with `ends` (e, 2, 3), reach farther up than
+    aside.
+    """
+    scene = np.zeros(len(ends), dtype=np.intp)
+    for thing in things:
+        scene[list(thing.edges)] = thing.scene
+    up, span = ups[scene], ends[:, 1] - ends[:, 0]
+    height = dots(span, up)
+    aside = span - height[:, None] * up
+    farther: Bools = np.abs(height) > np.sqrt(dots(aside, aside)) * np.tan(np.deg2rad(30.0))
+    return farther
+
 
 # On the ground is what ends within this share of its thing's height from the lowest point.
 GROUND = 0.03
@@ -43,14 +87,14 @@ ALONG = float(np.cos(np.pi / 8.0))
 
 
 def thing_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Things and what belongs to them."""
+    """Add things and their parts."""
     rows.add("thing", s.thing_scene, s.thing_names)
     thing, part = _parts(s)
     rows.add("part_of", s.thing_scene[thing], part, s.thing_names[thing])
 
 
 def _parts(s: SceneMemo) -> tuple[Indices, NDArray[np.object_]]:
-    """(thing, name) (p,) each of the things' faces and edges, thing by thing, faces first."""
+    """Return (thing, name) (p,) of the things' faces and edges, thing by thing, faces first."""
     (of_faces, face), (of_edges, edge) = s.thing_faces, s.thing_edges
     thing = np.concatenate((of_faces, of_edges))
     part = np.concatenate((s.face_names[face], s.edge_names[edge]))
@@ -59,7 +103,7 @@ def _parts(s: SceneMemo) -> tuple[Indices, NDArray[np.object_]]:
 
 
 def box_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The least boxes round things: those with faces first."""
+    """Add the least boxes round things, those with faces first."""
     flat = np.array([bool(thing.faces) for thing in s.things], dtype=np.bool_)
     if s.groups:
         boxes = np.array(list(measures.thing_boxes(s.table, s.groups)))
@@ -76,26 +120,26 @@ def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: Bloc
 
 
 def share_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How much of its thing's silhouette each face is."""
+    """Add the share of its thing's silhouette that each face is."""
     if s.groups:
         _by_groups("share", measures.shares(s.table, s.groups), s, rows)
 
 
 def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things reach in front of their faces."""
+    """Add how far things reach in front of their faces."""
     if s.groups:
         _by_groups("protrusion", measures.protrusions(s.table, s.groups), s, rows)
 
 
 def reach_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things reach behind their faces."""
+    """Add how far things reach behind their faces."""
     if s.groups:
         found = measures.reaches_behind(s.table, s.groups, s.pairs)
         _by_groups("reach_behind", found, s, rows)
 
 
 def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How far things are from each other."""
+    """Add the least distances between things."""
     from facetlog.perception.facts.gaps.thing_gaps import gaps  # no model asks for them so far
 
     several = np.bincount(s.thing_scene, minlength=len(s.scenes)) > 1
@@ -109,7 +153,7 @@ def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def tilt_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How faces lean, and which face up or down."""
+    """Add the tilt of faces, and which face up or down."""
     scene = s.table.scene
     known = s.upright[scene]
     tilts, sds = np.rad2deg(s.leaning.values), np.rad2deg(s.leaning.sds)
@@ -120,7 +164,7 @@ def tilt_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How high things and their parts reach, and what is on the ground."""
+    """Add heights of things and their parts, and which of them are on the ground."""
     table, grounds = s.table, s.grounds
     if grounds is None:
         return
@@ -160,7 +204,7 @@ def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How high the middles of faces are in their things."""
+    """Add the heights of the middles of faces in their things."""
     thing, face = s.thing_faces
     known = s.upright[s.table.scene[face]]
     thing, face = thing[known], face[known]
@@ -171,7 +215,7 @@ def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def overlap_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Pairs of faces that lie over each other, seen from above."""
+    """Add pairs of faces that lie over each other, seen from above."""
     if s.plans is None:
         return
     one, two, share = plan_view.overlaps(s.plans)
@@ -180,7 +224,7 @@ def overlap_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """The free height under most of each face."""
+    """Add the free height under most of each face."""
     if s.plans is None or not len(s.plans.index):
         return
     lowest = np.full(len(s.things), np.inf)
@@ -196,7 +240,7 @@ def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """Parts that stand at the rim of a face about level."""
+    """Add parts that stand at the rim of a face about level."""
     if not s.things or not len(s.table):
         return
     for scene, loose, part, face in at_rim(
@@ -207,7 +251,7 @@ def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What is known of things' surface: whether from all sides, and how much is no face's."""
+    """Add whether a thing's surface is known from all sides, and its curved share."""
     areas = s.table.areas
     curved = [curved_share(s.scenes[thing.scene], areas, thing) for thing in s.things]
     rows.add("curved", s.thing_scene, s.thing_names, np.array(curved, dtype=np.float64))
@@ -221,7 +265,7 @@ def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What things fill, and what is beneath, on and above their level faces."""
+    """Add the measures of the space that things fill, and of their level faces."""
     for index, filled in s.filled.items():
         thing = s.thing_names[index]
         measures = [
@@ -231,13 +275,13 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
         if filled.footprint is not None:
             measures.append(("footprint", thing, filled.footprint))
         for face, level in filled.levels.items():
-            measures += [(name, s.face_names[face], each) for name, each in level.measures()]
+            measures += [(name, s.face_names[face], each) for name, each in level.measures.items()]
         for functor, of, each in measures:
             _add_bounded(rows, s.things[index].scene, functor, of, each)
 
 
 def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How broad and how deep faces are, of whose levels it is known where the front is."""
+    """Add widths and depths of faces on whose levels the front is known."""
     if not len(s.table):
         return
     sizes = s.face_sizes
@@ -259,7 +303,7 @@ def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def assumed_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How much of what things fill is only taken to be full."""
+    """Add the share of the filled space that is only assumed to be full."""
     for index, filled in s.filled.items():
         cells = filled.space.cells
         assumed = int((cells == State.ASSUMED).sum())
@@ -269,7 +313,7 @@ def assumed_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """From where the unseen space round things would show."""
+    """Add the directions from which the unseen space round things would show."""
     for index, filled in s.filled.items():
         thing = s.things[index]
         space = filled.space
@@ -285,7 +329,7 @@ def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """How many shelves lie beneath the level faces of things."""
+    """Add the number of shelves beneath the level faces of things."""
     for index, filled in s.filled.items():
         scene, known = s.things[index].scene, dict[float, tuple[int, int] | None]()
         for face in filled.levels:
@@ -300,7 +344,7 @@ def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:
-    """A measure of space, and its bounds where these differ."""
+    """Add a measure of space, and its bounds where these differ."""
     rows.add_rows(functor, scene, [(of, measure.value, measure.sd)])
     if measure.open:
         rows.add_rows("unseen_bounds", scene, [(functor, of, measure.if_free, measure.if_full)])

@@ -21,8 +21,6 @@ from facetlog.perception.surfaces.drawing.lettering import (
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["draw_pieces"]
-
 # Sizes are for a picture 640 px on its long side and grow with it.
 REFERENCE_PX = 640
 LINE_PX, LETTERS_PX, STRIPE_PX = 1.6, 12.0, 7.0
@@ -35,7 +33,7 @@ WHITE: Colour = (255, 255, 255)
 def draw_pieces(
     view: View, shown: ShownPieces, title: str, up: FloatArray | None = None
 ) -> ColourImage:
-    """The view in colour with the pieces' boxes drawn in, (H + legend, W, 3) uint8, BGR.
+    """Return the view in colour with the pieces' boxes drawn in, (H + legend, W, 3) uint8, BGR.
 
     Boards, bars and blocks have a colour each, and their names; of what is implied only, stripes.
     Space that no view looked into lies over it as a haze. The `title` stands below. Where `up` (3,)
@@ -94,13 +92,13 @@ def _pixels(frustum: Frustum, ring: FloatArray) -> np.ndarray[tuple[int, ...], n
 
 
 def _faces(frustum: Frustum, side: FloatArray) -> bool:
-    """Whether a side (4, 3) of a box turns to the camera."""
+    """Return whether a side (4, 3) of a box turns to the camera."""
     normal = np.cross(side[1] - side[0], side[2] - side[1])
     return float(normal @ (frustum.pose.centre - side[0])) > 0.0
 
 
 def _draw_haze(image: ColourImage, frustum: Frustum, space: Space) -> None:
-    """Whitens each pixel the more, the more unseen cells its line of sight passes."""
+    """Whiten each pixel the more, the more unseen cells its line of sight passes."""
     cells = np.argwhere(space.cells == State.UNSEEN) + 0.5
     points = frustum.in_camera((cells * space.cell + space.corner) @ space.axes)
     points = points[points[:, 2] > space.cell]

@@ -20,8 +20,6 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.mesh_export import graph_bytes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["add_pieces", "pieces_bytes"]
-
 OPAQUE, FAINT, HAZE = 235, 70, 28
 """How dense a piece is, the gaps between an implied one's stripes, and unseen space, of 255."""
 GREY = (150, 150, 160)
@@ -29,7 +27,7 @@ STRIPES = 12  # along an implied piece, every other one faint
 
 
 def pieces_bytes(scene: Scene, shown: ShownPieces) -> bytes:
-    """The pieces of a scene as `.glb`: a node p1, p2, … each, coloured by kind.
+    """Return the pieces of a scene as `.glb`: a node p1, p2, … each, coloured by kind.
 
     Those of which all faces are implied are striped. Nodes unseen1, … are what is unseen of the
     space round each thing. Raises InputError if there are no pieces.
@@ -42,7 +40,7 @@ def pieces_bytes(scene: Scene, shown: ShownPieces) -> bytes:
 
 
 def add_pieces(graph: trimesh.Scene, shown: ShownPieces) -> None:
-    """Adds these nodes to a graph in the scene's frame."""
+    """Add these nodes to a graph in the scene's frame."""
     for each in shown.pieces:
         graph.add_geometry(_box(each), node_name=each.name, geom_name=each.label)
     for number, space in enumerate(shown.spaces, start=1):
@@ -61,7 +59,7 @@ def _box(shown: ShownPiece) -> trimesh.Trimesh:
 
 
 def _stripes(piece: Piece, count: int) -> list[FloatArray]:
-    """The sides (6, 4, 3) of equal parts of a piece's box, one after the other along it."""
+    """Return the sides (6, 4, 3) of equal parts of a piece's box, one after the other along it."""
     corners = box_corners(piece)
     # the first four corners are at one end of its length, the others at the other
     near, far = corners[:4], corners[4:]
@@ -70,7 +68,7 @@ def _stripes(piece: Piece, count: int) -> list[FloatArray]:
 
 
 def _haze(space: Space) -> trimesh.Trimesh:
-    """The rim of what is unseen, cell by cell."""
+    """Return the rim of what is unseen, cell by cell."""
     unseen = np.pad(space.cells == State.UNSEEN, 1)
     quads = []
     for axis in range(3):
@@ -88,7 +86,7 @@ def _haze(space: Space) -> trimesh.Trimesh:
 
 
 def _mesh(quads: FloatArray, colours: ArrayLike) -> trimesh.Trimesh:
-    """Quadrilaterals (n, 4, 3), counter-clockwise from outside, each of a colour (n, 4)."""
+    """Return quadrilaterals (n, 4, 3), counter-clockwise from outside, each of a colour (n, 4)."""
     # glTF has colours at corners: those of two colours are two.
     each = np.repeat(np.asarray(colours, dtype=np.float64), 4, axis=0)
     coloured = np.column_stack([quads.reshape(-1, 3), each])

@@ -20,8 +20,6 @@ from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Kind", "Piece", "Pieces", "find_pieces"]
-
 # A board is no thicker than this share of its width, a bar no wider than this share of its length.
 THIN, SLENDER = 0.35, 0.35
 
@@ -36,7 +34,7 @@ CURVED, EDGE = -1, -2
 
 
 class Kind(StrEnum):
-    """What a piece is called by its proportions: the words of models, which are soft there."""
+    """Words for a piece by its proportions: the words of models, which are soft there."""
 
     BOARD = "board"
     BAR = "bar"
@@ -65,7 +63,7 @@ class Piece:
 
     @property
     def kind(self) -> Kind:
-        """What it is called."""
+        """The word for it by its proportions."""
         if self.thickness.value <= THIN * self.width.value:
             return Kind.BOARD
         return Kind.BAR if self.width.value <= SLENDER * self.length.value else Kind.BLOCK
@@ -95,8 +93,8 @@ class Pieces:
 def find_pieces(
     grid: Grid, faces: Sequence[FlatFace], curved: FloatArray, lines: FloatArray
 ) -> Pieces:
-    """The pieces of a thing that fills a grid, has these flat faces, and besides surface that is
-    not flat, at points (n, 3), and edges (l, 2, 3) that bound no face.
+    """Return the pieces of a thing that fills a grid, has these flat faces, and besides surface
+    that is not flat, at points (n, 3), and edges (l, 2, 3) that bound no face.
     """
     surface = _Surface.of(grid.lattice, faces, curved, lines)
     parts = solid_parts(grid.solid)
@@ -145,23 +143,23 @@ class _Surface:
         return cls(np.concatenate([flat, curved, edges]), np.concatenate([face, others]), normals)
 
     def cells(self, lattice: Lattice) -> tuple[Indices, ...]:
-        """Indices along each axis of the cell of each point."""
+        """Return indices along each axis of the cell of each point."""
         last = np.array(lattice.shape) - 1
         return tuple(np.clip(np.floor(lattice.local(self.points)).astype(np.intp), 0, last).T)
 
     def spans(self, own: NDArray[np.bool_]) -> bool:
-        """Whether these of its points (n,) span a plane at least, or are of edges alone."""
+        """Return whether these of its points (n,) span a plane at least, or are of edges alone."""
         points = self.points[own]
         flat = len(points) > 3 and np.linalg.matrix_rank(points - points[0]) > 1
         return bool(flat) or self.of_edges(own)
 
     def of_edges(self, own: NDArray[np.bool_]) -> bool:
-        """Whether there are such points, and all are of edges."""
+        """Return whether there are such points, and all are of edges."""
         return bool(own.any() and (self.face[own] == EDGE).all())
 
 
 def _owners(part: Indices, face: Indices, count: int) -> Indices:
-    """The part (m,) in which most of each face's points lie; 0 for none."""
+    """Return the part (m,) in which most of each face's points lie; 0 for none."""
     flat = face >= 0
     width = int(part.max(initial=0)) + 1
     votes = np.bincount(face[flat] * width + part[flat], minlength=count * width)
@@ -173,8 +171,8 @@ def _owners(part: Indices, face: Indices, count: int) -> Indices:
 def _cut_at_faces(
     parts: Indices, at: tuple[Indices, ...], owner: Indices, surface: _Surface, cell: float
 ) -> Indices:
-    """The part (m,) of each point, whose cell is `at`: parts are cut where a face is, not where a
-    cell ends.
+    """Return the part (m,) of each point, whose cell is `at`: parts are cut where a face is, not
+    where a cell ends.
 
     Past the faces that are wholly a part's own, along a normal of one, others are in it by the
     width of a cell. That is of the other part whose own such a face is, or of none.
@@ -200,7 +198,7 @@ def _cut_at_faces(
 
 
 def _touching(parts: Indices, at: tuple[Indices, ...], wanted: Indices) -> NDArray[np.bool_]:
-    """Whether each cell (m,), or one that touches it, is of the wanted part (m,)."""
+    """Return whether each cell (m,), or one that touches it, is of the wanted part (m,)."""
     padded = np.pad(parts, 1)
     found = np.zeros(len(wanted), dtype=np.bool_)
     for step in np.ndindex(3, 3, 3):
@@ -235,7 +233,7 @@ def _piece(
 def _directions(
     grid: Grid, surface: _Surface, points: FloatArray, faces: Sequence[int]
 ) -> Iterator[FloatArray]:
-    """Along which a piece may be thin, the more likely first."""
+    """Yield directions along which a piece may be thin, the more likely first."""
     yield from grid.lattice.axes[::-1]
     yield from surface.normals[list(faces)]
     if len(points) > 1:  # a single one has no direction
@@ -245,8 +243,8 @@ def _directions(
 def _least_box(
     points: FloatArray, directions: Sequence[FloatArray], at_least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Extents (3,), longest first, directions (3, 3) and middle of the least box round points, of
-    those that are so long `at_least` along each side.
+    """Return extents (3,), longest first, directions (3, 3) and middle of the least box round
+    points, of those that are so long `at_least` along each side.
     """
     points = _outermost(points)
     normals = np.array(directions)
@@ -269,7 +267,7 @@ def _least_box(
 
 
 def _outermost(points: FloatArray) -> FloatArray:
-    """Those of points (n, 3) that span their convex hull; all if they lie in a plane."""
+    """Return the points (of n, 3) that span their convex hull; all if they lie in a plane."""
     from scipy.spatial import ConvexHull, QhullError  # loaded only now: few ask for pieces
 
     try:
@@ -279,7 +277,7 @@ def _outermost(points: FloatArray) -> FloatArray:
 
 
 def _joins(parts: Indices, count: int) -> NDArray[np.bool_]:
-    """Which parts (count, count), by number, have cells that touch, by a corner at least."""
+    """Return which parts (count, count), by number, have cells that touch, by a corner at least."""
     joined = np.zeros((count, count), dtype=bool)
     for step in np.ndindex(3, 3, 3):
         move = np.array(step) - 1
@@ -293,7 +291,7 @@ def _joins(parts: Indices, count: int) -> NDArray[np.bool_]:
 
 
 def _moved(parts: Indices, move: Indices) -> tuple[slice, ...]:
-    """The cells that have another so many cells back along each axis."""
+    """Return the cells that have another so many cells back along each axis."""
     return tuple(
         slice(max(0, m), side + min(0, m))
         for m, side in zip(move.tolist(), parts.shape, strict=True)

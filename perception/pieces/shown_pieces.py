@@ -9,8 +9,6 @@ from facetlog.perception.pieces.pieces import Kind, Piece
 from facetlog.perception.space.space import Space
 from facetlog.perception.types import FloatArray
 
-__all__ = ["COLOURS", "SIDES", "ShownPiece", "ShownPieces", "box_corners"]
-
 COLOURS = {Kind.BOARD: (214, 147, 66), Kind.BAR: (64, 130, 201), Kind.BLOCK: (105, 165, 88)}
 """Red, green, blue of each kind; distinguished by people who do not see red or green, too."""
 
@@ -51,7 +49,7 @@ SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def box_corners(piece: Piece) -> FloatArray:
-    """The corners (8, 3) of a piece's box, in the scene's frame."""
+    """Return the corners (8, 3) of a piece's box, in the scene's frame."""
     sizes = np.array([piece.length.value, piece.width.value, piece.thickness.value])
     corners: FloatArray = piece.middle + (_CORNERS * sizes) @ piece.axes
     return corners

@@ -13,12 +13,120 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.convex_parts import convex_cut, convex_joined, is_convex
 from facetlog.perception.ragged import Indices
-
-__all__ = ["solid_parts"]
+from facetlog.perception.types import FloatArray
 
 _Cells = NDArray[np.bool_]
+
+# Share of the convex hull that parts fill together. A slope in steps of cells takes some per cent
+# from it; a flight of three steps, which is not one part, fills .88.
+CONVEX = 0.9
+# A cut has to fill so much more of the hulls.
+GAIN = 1.0 - CONVEX
+# Cuts are tried where the section changes most: so many along each axis.
+CUTS = 2
+_CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def is_convex(cells: NDArray[np.bool_]) -> bool:
+    """Return whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
+    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    return int(cells.sum()) >= CONVEX * volume
+
+
+def convex_cut(cells: _Cells) -> list[_Cells]:
+    """Return cells (nx, ny, nz), some at least, cut square to the grid as long as that makes them
+    more convex: a seat off the back that is as thick as it, a step off the next.
+    """
+    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    if cells.sum() >= CONVEX * volume:
+        return [cells]
+    best, filled = None, float(cells.sum()) / volume + GAIN
+    # level cuts first: a seat goes through below its back
+    for axis in (2, 1, 0):
+        areas = np.moveaxis(cells, axis, 0).sum(axis=(1, 2))
+        for last in np.argsort(-np.abs(np.diff(areas)), kind="stable")[:CUTS]:
+            sides = _halves(cells, axis, int(last) + 1)
+            hulls = sum(_hull(_outer_corners(np.argwhere(side)))[0] for side in sides)
+            if len(sides) > 1 and cells.sum() / hulls > filled:
+                best, filled = sides, float(cells.sum()) / hulls
+    return [cells] if best is None else [part for side in best for part in convex_cut(side)]
+
+
+def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
+    """Return the connected parts of cells before a place along an axis, and of cells from it on."""
+    from scipy import ndimage
+
+    first = (np.arange(cells.shape[axis]) < place).reshape(
+        [-1 if i == axis else 1 for i in range(3)]
+    )
+    found = []
+    for side in (cells & first, cells & ~first):
+        labels, count = ndimage.label(side)
+        found += [labels == number for number in range(1, count + 1)]
+    return found
+
+
+def convex_joined(parts: Indices) -> Indices:
+    """Return the parts (nx, ny, nz) with those that are nearly convex together under one number.
+
+    The two that together fill their hull the most are joined first.
+    """
+    found = parts.copy()
+    count = int(parts.max())
+    sizes = np.bincount(parts.ravel(), minlength=count + 1).tolist()
+    hulls = {i: _hull(_outer_corners(np.argwhere(parts == i)))[1] for i in range(1, count + 1)}
+    fills: dict[tuple[int, int], float] = {}
+
+    def together(one: int, other: int) -> float:
+        if (one, other) not in fills:
+            volume, _ = _hull(np.concatenate([hulls[one], hulls[other]]))
+            fills[one, other] = (sizes[one] + sizes[other]) / volume
+        return fills[one, other]
+
+    touching = _touching(found)
+    while touching:
+        best = max(touching, key=lambda pair: (together(*pair), pair))
+        if together(*best) < CONVEX:
+            break
+        one, other = best
+        found[found == other] = one
+        hulls[one] = _hull(np.concatenate([hulls[one], hulls.pop(other)]))[1]
+        sizes[one] += sizes[other]
+        for pair in [pair for pair in fills if one in pair or other in pair]:
+            del fills[pair]
+        renamed = (tuple(sorted(one if i == other else i for i in pair)) for pair in touching)
+        touching = {(a, b) for a, b in renamed if a != b}
+    return found
+
+
+def _touching(parts: Indices) -> set[tuple[int, int]]:
+    """Return pairs of parts, the lower number first, of which cells share a side."""
+    found: set[tuple[int, int]] = set()
+    for axis in range(3):
+        moved = np.moveaxis(parts, axis, 0)
+        one, other = moved[:-1], moved[1:]
+        meet = (one != other) & (one > 0) & (other > 0)
+        pairs = np.sort(np.stack([one[meet], other[meet]], axis=-1), axis=-1)
+        found.update((a, b) for a, b in np.unique(pairs, axis=0).tolist())
+    return found
+
+
+def _outer_corners(cells: Indices) -> FloatArray:
+    """Return corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
+    # Between the lowest and the highest of a column nothing is a corner.
+    ends = np.any(cells[1:, :2] != cells[:-1, :2], axis=1)
+    outer = cells[np.concatenate([[True], ends]) | np.concatenate([ends, [True]])]
+    corners: FloatArray = (outer[:, None] + _CORNERS).reshape(-1, 3).astype(np.float64)
+    return corners
+
+
+def _hull(points: FloatArray) -> tuple[float, FloatArray]:
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    return float(hull.volume), points[hull.vertices]
+
 
 # How long a probe is, of the thing's longest side: a fifth, then a tenth.
 PROBES = (0.2, 0.1)
@@ -29,7 +137,8 @@ _AROUND = np.ones((3, 3, 3), dtype=bool)
 
 
 def solid_parts(solid: _Cells) -> Indices:
-    """The part (nx, ny, nz), from 1, to which each of these solid cells belongs; 0 elsewhere.
+    """Return the part (nx, ny, nz), from 1, to which each of these solid cells belongs; 0
+    elsewhere.
 
     Parts stand in the order of their sizes, the largest first.
     """
@@ -53,7 +162,7 @@ def solid_parts(solid: _Cells) -> Indices:
 
 
 def _probed(left: _Cells, longest: int) -> Iterator[list[_Cells]]:
-    """What each sort of probe finds in the cells that are left by then; at last the rest."""
+    """Yield the parts that each sort of probe finds in the cells left by then; at last the rest."""
     lengths = [max(3, round(share * longest)) for share in PROBES]
     for long in lengths:
         blocks = _connected(_opened(left, (long, long, long)))
@@ -74,7 +183,7 @@ def _connected(cells: _Cells) -> list[_Cells]:
 
 
 def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
-    """The cells that a box of so many cells fills which lies wholly inside."""
+    """Return the cells that a box of so many cells fills which lies wholly inside."""
     if any(length > side for length, side in zip(probe, cells.shape, strict=True)):
         return np.zeros_like(cells)
     starts = cells
@@ -86,7 +195,9 @@ def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
 
 
 def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
-    """How many of so many cells from each on along the axis are there: shorter by length - 1."""
+    """Return how many of so many cells from each on along the axis are there: shorter by length -
+    1.
+    """
     sums = np.cumsum(cells, axis=axis, dtype=np.int16)  # there are some tens of cells
     sums = np.moveaxis(np.pad(sums, [(int(i == axis), 0) for i in range(3)]), axis, 0)
     found: NDArray[np.int16] = np.moveaxis(sums[length:] - sums[:-length], 0, axis)
@@ -94,19 +205,21 @@ def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
 
 
 def _all_of(cells: _Cells, axis: int, length: int) -> _Cells:
-    """Where so many cells from here on along the axis are all there."""
+    """Return where so many cells from here on along the axis are all there."""
     return np.asarray(_in_stretches(cells, axis, length) == length)
 
 
 def _any_of(starts: _Cells, axis: int, length: int) -> _Cells:
-    """The cells of stretches of this length along the axis that begin here."""
+    """Return the cells of stretches of this length along the axis that begin here."""
     margin = [(length - 1) * int(i == axis) for i in range(3)]
     padded = np.pad(starts, [(each, each) for each in margin])
     return np.asarray(_in_stretches(padded, axis, length) > 0)
 
 
 def _without_crumbs(parts: Indices, near: int) -> Indices:
-    """The same with what lies wholly within `near` cells of a larger part in that part's number."""
+    """Return the parts with all that lies wholly within `near` cells of a larger one as
+    part of it.
+    """
     from scipy import ndimage
 
     found = parts.copy()
@@ -127,7 +240,7 @@ def _without_crumbs(parts: Indices, near: int) -> Indices:
 
 
 def _in_order(parts: Indices) -> Indices:
-    """The parts numbered anew, without gaps, the largest first."""
+    """Return the parts numbered anew, without gaps, the largest first."""
     sizes = np.bincount(parts.ravel())
     sizes[0] = 0
     order = np.argsort(-sizes, kind="stable")

@@ -61,8 +61,8 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
 
 
 def _agreed(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":
-    """The options without up and unit where the file states its own, and the mesh with a warning
-    where these differ.
+    """Return the options without up and unit where the file states its own, and the mesh with a
+    warning where these differ.
     """
     if options.override:
         return mesh, options
@@ -85,7 +85,7 @@ def _agreed(mesh: "Mesh", options: ShapeOptions) -> "tuple[Mesh, ShapeOptions]":
 
 
 def _axis(up: FloatArray) -> str:
-    """The name of an axis, or its three numbers."""
+    """Return the name of an axis, or its three numbers."""
     named = (name for name, axis in UP_AXES.items() if np.allclose(up, axis, atol=UP_TIE))
     return next(named, ",".join(f"{x:.4g}" for x in up))
 
@@ -120,14 +120,16 @@ _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType
 
 
 def read_stated(path: Path, options: ShapeOptions) -> Scene:
-    """As read_shape, save that options are those of scene files, too (`stated`)."""
+    """Return read a shape as read_shape does, with the options applied to scene files, too
+    (`stated`).
+    """
     scene = read_shape(path, options)
     return stated(scene, options) if says_itself(str(path)) else scene
 
 
 def stated(scene: Scene, options: ShapeOptions) -> Scene:
-    """The scene with the up that is given, unknown without it and without `find_floor`; in metres
-    by the unit that is given where its own is unknown.
+    """Return the scene with the up that is given, unknown without it and without `find_floor`; in
+    metres by the unit that is given where its own is unknown.
 
     InputError for another unit than metres where lengths are metres already.
     """
@@ -143,7 +145,7 @@ def stated(scene: Scene, options: ShapeOptions) -> Scene:
 
 
 def read_shape(path: Path, options: ShapeOptions) -> Scene:
-    """The scene in a file, or in the folder of a COLMAP model; the suffix decides the kind.
+    """Return the scene in a file, or in the folder of a COLMAP model; the suffix decides the kind.
 
     A scene of facetlog states its own up and whether it is metric; for the others `options` say
     what the file does not, or override it. Lengths are metres wherever the unit is known. Raises
@@ -172,7 +174,9 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
 
 
 def _doubtful_unit(scene: Scene) -> tuple[str, ...]:
-    """A warning where no object is as large as furniture or a house: the unit may be another."""
+    """Return a warning where no object is as large as furniture or a house: the unit may be
+    another.
+    """
     if not scene.metric or not scene.faces:
         return ()
     parts = [{i for face in body.faces for i in scene.faces[face].outline} for body in scene.bodies]

@@ -10,22 +10,6 @@ from facetlog.errors import InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MESH_SUFFIXES
 
-__all__ = [
-    "COLMAP_POINTS",
-    "FORMATS_WITH_UP",
-    "FROM_THE_FLOOR",
-    "NOT_GIVEN",
-    "SCENE_SUFFIX",
-    "SUFFIXES",
-    "UP_AXES",
-    "ShapeOptions",
-    "says_itself",
-    "sensor_from",
-    "shapes_among",
-    "unit_from",
-    "up_from",
-]
-
 UP_AXES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {
         "x": (1.0, 0.0, 0.0),
@@ -38,10 +22,10 @@ UP_AXES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 )
 SCENE_SUFFIX = ".json"
 SUFFIXES = tuple(dict.fromkeys((SCENE_SUFFIX, *CLOUD_SUFFIXES, *MESH_SUFFIXES)))
-"""Of the files that can be read, lower case."""
+"""Suffixes of the files that can be read, lower case."""
 
 FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
-"""Of files that state which axis is up, and their unit."""
+"""Suffixes of files that state which axis is up, and their unit."""
 
 # Tables and notes have these suffixes as well: read where they are named, but not searched for.
 AMBIGUOUS = (".csv", ".txt")
@@ -74,7 +58,7 @@ class ShapeOptions:
 
 
 def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | None:
-    """The unit vector that a word names, or three numbers of any length; None for `auto` and
+    """Return the unit vector that a word names, or three numbers of any length; None for `auto` and
     `none`. InputError for another, which names the option.
 
     >>> up_from("-z"), up_from("0,0,2")
@@ -95,7 +79,7 @@ def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | Non
 
 
 def unit_from(word: str, option: str = "--unit") -> str | None:
-    """The unit that a word names; None for `none`. InputError for another."""
+    """Return the unit that a word names; None for `none`. InputError for another."""
     if word == NOT_GIVEN:
         return None
     if word not in METRES_PER:
@@ -105,7 +89,7 @@ def unit_from(word: str, option: str = "--unit") -> str | None:
 
 
 def sensor_from(word: str) -> tuple[float, float, float] | None:
-    """The place that a word names; None for `none`. InputError for another.
+    """Return the place that a word names; None for `none`. InputError for another.
 
     >>> sensor_from("0, 1.5,-2")
     (0.0, 1.5, -2.0)
@@ -119,7 +103,7 @@ def sensor_from(word: str) -> tuple[float, float, float] | None:
 
 
 def _three(word: str) -> tuple[float, float, float]:
-    """The three numbers between commas; nan where that is not what the word is."""
+    """Return the three numbers between commas; nan where that is not what the word is."""
     try:
         x, y, z = map(float, word.split(","))
     except ValueError:
@@ -128,14 +112,14 @@ def _three(word: str) -> tuple[float, float, float]:
 
 
 def says_itself(path: str) -> bool:
-    """Whether a file states its own up and unit, so that options are ignored."""
+    """Return whether a file states its own up and unit, so that options are ignored."""
     return path.lower().endswith(SCENE_SUFFIX)
 
 
 def shapes_among(names: Collection[str]) -> tuple[str, ...]:
-    """Of the names of a folder's files those of shapes, in alphabetical order.
+    """Return the names of shape files among those of a folder, in alphabetical order.
 
-    Of a COLMAP model it is the file of points, the binary one if there are both.
+    A COLMAP model is represented by its file of points, the binary one if there are both.
 
     >>> shapes_among(["b.PLY", "a.json", "run.json", "notes.txt", "points3D.bin", "images.bin"])
     ('a.json', 'b.PLY', 'points3D.bin')

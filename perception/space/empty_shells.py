@@ -2,8 +2,6 @@
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["is_empty_shell"]
-
 # What is nearer than this share of the way to the shell stands before it; noise of a shell, or a
 # board on it, is further off.
 BEFORE = 0.8
@@ -14,8 +12,8 @@ MOST_AT_ONCE = 10_000_000
 
 
 def is_empty_shell(shell: FloatArray, points: FloatArray, place: FloatArray) -> bool:
-    """Whether next to nothing of points (n, 3) stands between a place (3,) and the convex hull of
-    the `shell` (k, 3); False where the place is not within it.
+    """Return whether next to nothing of points (n, 3) stands between a place (3,) and the convex
+    hull of the `shell` (k, 3); False where the place is not within it.
 
     Of a shell nothing tells whether it is a room or a thing: that differs in size alone.
     """

@@ -12,8 +12,6 @@ import numpy as np
 
 from facetlog.perception.space.grid import Cells
 
-__all__ = ["enclosed", "missed_cells", "reached_from_outside"]
-
 # Two faces' outlines miss each other by less than this many sd of a corner, to either side.
 MISSED_SDS = 2.0
 # Less than this share of a cell, to either side, closes itself: both reach into it.
@@ -23,7 +21,7 @@ OPEN_SHARE = 0.15
 
 
 def missed_cells(corner_sd: float) -> int:
-    """By how many cells an outline may miss its neighbour's, if a corner's sd is so many cells.
+    """Return by how many cells an outline may miss its neighbour's, for a corner's sd in cells.
 
     >>> missed_cells(0.1), missed_cells(0.2), missed_cells(0.6)
     (0, 1, 2)
@@ -33,7 +31,7 @@ def missed_cells(corner_sd: float) -> int:
 
 
 def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
-    """Cells that are surface or are enclosed by it; the ground closes what stands on it."""
+    """Return cells that are surface or are enclosed by it; the ground closes what stands on it."""
     missed = min(missed, max(surface.shape))  # from there on all gaps are closed
     within = ~reached_from_outside(surface, on_ground=on_ground, missed=missed)
     rooms = _met_along_all_axes(surface, on_ground=on_ground) & ~within
@@ -41,7 +39,7 @@ def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
 
 
 def reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
-    """Cells that can be reached from outside; on the ground not from below.
+    """Return cells that can be reached from outside; on the ground not from below.
 
     Gaps of up to twice as many cells as `missed` do not let the flood through, only in.
     """
@@ -65,7 +63,7 @@ def reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) ->
 
 
 def _closed(free: Cells, on_ground: bool, missed: int) -> Cells:
-    """The surface in a grid of which these cells are `free`, and the gaps in it."""
+    """Return the surface in a grid of which these cells are `free`, and the gaps in it."""
     from scipy import ndimage
 
     # what stands on the ground goes on beneath it
@@ -77,7 +75,9 @@ def _closed(free: Cells, on_ground: bool, missed: int) -> Cells:
 
 
 def _met_along_all_axes(surface: Cells, *, on_ground: bool) -> Cells:
-    """Cells from which surface is met along all six axes, down at the ground at the latest."""
+    """Return cells from which surface is met along all six axes, down at the ground at the
+    latest.
+    """
     met = np.ones_like(surface)
     for axis in range(3):
         met &= np.logical_or.accumulate(surface[_backwards(axis)], axis)[_backwards(axis)]
@@ -87,7 +87,7 @@ def _met_along_all_axes(surface: Cells, *, on_ground: bool) -> Cells:
 
 
 def _nearly_closed(rooms: Cells, within: Cells) -> Cells:
-    """Of cells those of rooms that are open over little of their rim; `within` is their walls."""
+    """Return the cells of rooms that are open over little of their rim; `within` is their walls."""
     from scipy import ndimage
 
     room, count = ndimage.label(rooms)

@@ -12,8 +12,6 @@ from facetlog.perception.ragged import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CELLS", "HARDLY_LARGER", "ROUNDING", "Cells", "Grid", "Lattice"]
-
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
 # changed no verdict on furniture for the better, and take time with the third power.
 CELLS = 40
@@ -51,9 +49,8 @@ class Lattice:
         up: FloatArray,
         *,
         square_to: FloatArray | None = None,
-        cells: int = CELLS,
     ) -> "Lattice | None":
-        """The lattice round points (n, 3), or None if they have no extent.
+        """Return the lattice round points (n, 3), or None if they have no extent.
 
         It stands along the unit vector `up` (3,), and square to the least rectangle round the plan,
         or to the direction `square_to` (3,) where that rectangle is hardly larger: two sides of a
@@ -63,7 +60,7 @@ class Lattice:
         axes[:2] *= _senses(points @ axes[:2].T)[:, None]
         local = points @ axes.T
         low, size = local.min(axis=0), np.ptp(local, axis=0)
-        cell = float(size.max()) / cells
+        cell = float(size.max()) / CELLS
         if not cell > 0.0:
             return None
         nx, ny, nz = np.maximum(np.ceil(size / cell - 1e-9), 1).astype(int).tolist()
@@ -81,7 +78,7 @@ class Lattice:
         return self.size * self.cell**3
 
     def local(self, points: FloatArray) -> FloatArray:
-        """Points (n, 3) of the scene in the lattice's axes from its corner, in cells."""
+        """Return points (n, 3) of the scene in the lattice's axes from its corner, in cells."""
         # Axis by axis in memory: what follows goes over all points, and there are many.
         local: FloatArray = self.axes @ points.T
         local -= self.corner[:, None]
@@ -89,16 +86,16 @@ class Lattice:
         return local.T
 
     def holding(self, points: FloatArray) -> Cells:
-        """The cells that hold points (n, 3) in its own axes, as `local` gives them, or are nearest
-        to them: what it stands round is all in it but for rounding.
+        """Return the cells that hold points (n, 3) in its own axes, as `local` gives them, or are
+        nearest to them: what it stands round is all in it but for rounding.
         """
         marked = np.zeros(self.size, dtype=np.bool_)
         marked[self._nearest(points)] = True
         return marked.reshape(self.shape)
 
     def numbers(self, points: FloatArray) -> Indices:
-        """The number (n,) of the cell that holds each of points (n, 3) in its own axes, as `local`
-        gives them, -1 outside.
+        """Return the number (n,) of the cell that holds each of points (n, 3) in its own axes, as
+        `local` gives them, -1 outside.
         """
         found = self._nearest(points)
         for along, count in zip(points.T, self.shape, strict=True):
@@ -116,7 +113,9 @@ class Lattice:
 
 
 def _senses(flat: FloatArray) -> FloatArray:
-    """-1 or 1 for each column of points (n, k): from where more of them lie to where fewer do."""
+    """Return -1 or 1 for each column of points (n, k): from where more of them lie to where fewer
+    do.
+    """
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2.0
     offset = (flat - middle).mean(axis=0)
     # What is as good as even, lies the same from either side.
@@ -161,6 +160,6 @@ class Grid:
         return found
 
     def layer(self, height: float) -> int:
-        """The layer of cells that holds a height (along up, in the scene's frame)."""
+        """Return the layer of cells that holds a height (along up, in the scene's frame)."""
         layer = int(np.floor((height - self.lattice.corner[2]) / self.cell - 1e-9))
         return min(max(layer, 0), int(self.solid.shape[2]) - 1)

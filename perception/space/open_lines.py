@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["UnseenSpace"]
-
 # Along each axis every second cell stands for its neighbours, which show from where it shows.
 EVERY = 2
 
@@ -26,7 +24,7 @@ class UnseenSpace:
 
     @classmethod
     def of(cls, space: Space) -> "UnseenSpace":
-        """What is unseen of a space."""
+        """Return choose cells that stand for the unseen part of a space."""
         cells = np.argwhere(space.cells == State.UNSEEN)
         some = cells[(cells % EVERY == 0).all(axis=1)]
         chosen = some if len(some) else cells
@@ -34,7 +32,7 @@ class UnseenSpace:
         return cls(space, ((chosen + 0.5) * lattice.cell + lattice.corner) @ lattice.axes)
 
     def shown_from(self, place: FloatArray) -> NDArray[np.bool_]:
-        """Which points (n,) show from a place (3,) in the scene's frame."""
+        """Return which points (n,) show from a place (3,) in the scene's frame."""
         lattice = self.space.lattice
         full = np.append((self.space.cells > State.UNSEEN).ravel(), np.False_)  # last: outside
         at = lattice.local(self.points)

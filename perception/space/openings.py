@@ -15,15 +15,13 @@ from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Opening", "find_openings", "room_for_openings"]
-
 # A hole that is nowhere so many cells wide is no more than how surfaces round to cells.
 FEWEST_CELLS = 2
 # So much of a hole is known to be free right through, or it may be closed where nobody looked.
 SEEN_THROUGH = 0.5
 
 HALF = 0.5
-"""Of the cells that hold an opening's rim so much is free, on average."""
+"""Share of the cells that hold an opening's rim that is free, on average."""
 
 _Plan = NDArray[np.bool_]
 
@@ -66,14 +64,15 @@ class Opening:
         return corners
 
     def places(self, cells: Indices) -> FloatArray:
-        """The middles (m, 3) of cells (m, 3) of the lattice in the scene's frame."""
+        """Return the middles (m, 3) of cells (m, 3) of the lattice in the scene's frame."""
         local = (cells + 0.5) * self.lattice.cell + self.lattice.corner
         places: FloatArray = local @ self.lattice.axes
         return places
 
 
 def find_openings(space: Space, *, on_ground: bool) -> tuple[Opening, ...]:
-    """The openings of the thing in its space, the largest first; `on_ground` says that it stands.
+    """Return the openings of the thing in its space, the largest first; `on_ground` says that it
+    stands.
 
     Nothing that is unseen bounds one, and most of it is seen to be free.
     """
@@ -95,8 +94,8 @@ def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[O
 
 
 def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool | None) -> bool:
-    """Whether the space may have an opening besides those that were `found` in it, if what nobody
-    saw, or what is only assumed, is full here and free there.
+    """Return whether the space may have an opening besides those that were `found` in it, if what
+    nobody saw, or what is only assumed, is full here and free there.
 
     A hole takes columns without surface, and none that leads out through free ones. Where it is
     not known whether the thing stands on the ground (`on_ground` is None), nor on which of its
@@ -124,7 +123,9 @@ def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool
 
 
 def _enclosed(free: _Plan, *, on_ground: bool) -> Indices:
-    """The free places (n, m) that others enclose, numbered from 1 on hole by hole, 0 elsewhere."""
+    """Return the free places (n, m) that others enclose, numbered from 1 on hole by hole, 0
+    elsewhere.
+    """
     from scipy import ndimage
 
     around = np.pad(free, 1, constant_values=True)
@@ -139,8 +140,8 @@ def _enclosed(free: _Plan, *, on_ground: bool) -> Indices:
 
 
 def _within_outline(free: _Plan) -> _Plan:
-    """Places (n, m) within the convex outline of those that are not free, which a flat ground
-    reaches and no further.
+    """Return places (n, m) within the convex outline of those that are not free, which a flat
+    ground reaches and no further.
     """
     import shapely
 
@@ -150,7 +151,9 @@ def _within_outline(free: _Plan) -> _Plan:
 
 
 def _stays_one(opening: Opening, free: _Plan) -> bool:
-    """Whether it is one opening if what nobody saw of it is full: that may part it, or close it."""
+    """Return whether it is one opening if what nobody saw of it is full: that may part it, or close
+    it.
+    """
     from scipy import ndimage
 
     hole = np.zeros(free.shape, dtype=bool)
@@ -160,7 +163,7 @@ def _stays_one(opening: Opening, free: _Plan) -> bool:
 
 
 def _is_wide(hole: _Plan) -> bool:
-    """Whether a hole is somewhere as wide as it must be."""
+    """Return whether a hole is somewhere as wide as it must be."""
     from scipy import ndimage
 
     square = np.ones((FEWEST_CELLS, FEWEST_CELLS), dtype=bool)

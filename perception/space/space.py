@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_UNKNOWN", "Space", "State"]
-
 # More than this share of cells neither free nor full, and a thing is not known from all sides:
 # less is the rounding of a surface in cells.
 LEAST_UNKNOWN = 0.01
 
 
 class State(IntEnum):
-    """What is known of a cell.
+    """Knowledge of a cell.
 
     `FREE`: a line of sight passed it, or it lies outside of a closed surface. `UNSEEN`: nobody
     looked into it. `ASSUMED`: it lies behind a surface that was seen, within the seen extent of the
@@ -59,7 +57,7 @@ class Space:
         return self.lattice.corner
 
     def share(self, state: State) -> float:
-        """How much of the lattice is in a state, 0..1."""
+        """Return how much of the lattice is in a state, 0..1."""
         return float((self.cells == state).mean())
 
     @property
@@ -74,8 +72,8 @@ class Space:
         return self.closed and float(unknown.mean()) <= LEAST_UNKNOWN
 
     def would_show(self, axis: int, sense: int) -> float:
-        """How much of what is unseen shows to who looks along that axis, 0..1, from beyond its
-        end if `sense` is 1, from before its beginning if -1: all that nothing full hides.
+        """Return how much of what is unseen shows to who looks along that axis, 0..1, from beyond
+        its end if `sense` is 1, from before its beginning if -1: all that nothing full hides.
         """
         unseen = self.cells == State.UNSEEN
         count = int(unseen.sum())
@@ -98,9 +96,11 @@ class Space:
         return Grid(self.lattice, solid, solid)
 
     def least(self) -> Grid:
-        """The least that the thing may fill: what is unseen is free."""
+        """Return the least that the thing may fill: what is unseen is free."""
         return self._least
 
     def most(self) -> Grid:
-        """The most that the thing may fill: what is unseen is full; `least()` if nothing is."""
+        """Return the most that the thing may fill: what is unseen is full; `least()` if
+        nothing is.
+        """
         return self._most

@@ -10,8 +10,6 @@ from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.ragged import Indices, row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["inner_points", "line_points", "surface_points"]
-
 # Rounding takes points less far off, as a share of a face or of a spacing.
 WITHIN = 1e-6
 
@@ -19,24 +17,10 @@ POINTS_AT_ONCE = 200_000
 """Points of grids that are worked on in one go: some 20 MB."""
 
 
-def surface_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray, Indices]:
-    """Points (n, 3) all over the faces, outlines too, no farther apart than `spacing`.
-
-    And which of the faces (n,) each is on, face by face.
-    """
-    return _points(faces, spacing, 0.0)
-
-
-def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray, Indices]:
-    """The same, a millionth within their faces and behind them.
-
-    Where that is the border of two cells they are in the inner one, however it is rounded.
-    """
-    return _points(faces, spacing, WITHIN)
-
-
 def line_points(segments: FloatArray, spacing: float) -> FloatArray:
-    """Points (n, 3) along segments (l, 2, 3), both ends too, no farther apart than `spacing`."""
+    """Return points (n, 3) along segments (l, 2, 3), both ends too, no farther apart than
+    `spacing`.
+    """
     span = segments[:, 1] - segments[:, 0]
     counts = np.ceil(np.sqrt((span * span).sum(axis=1)) / spacing).astype(np.intp) + 1
     line = np.repeat(np.arange(len(counts)), counts)
@@ -46,7 +30,13 @@ def line_points(segments: FloatArray, spacing: float) -> FloatArray:
     return points
 
 
-def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[FloatArray, Indices]:
+def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray, Indices]:
+    """Return points (n, 3) all over faces, outlines too, and which of the faces (n,) each is on.
+
+    They are no farther apart than `spacing`, face by face, and a millionth within their faces and
+    behind them: where a face is the border of two cells they are in the inner one, however it is
+    rounded.
+    """
     shown = tuple(faces)
     polygons = np.array([face.polygon for face in shown], dtype=np.object_)
     there = np.flatnonzero(~shapely.is_empty(polygons)).tolist()
@@ -73,8 +63,8 @@ def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[Fl
         ends = starts + within + along
         for nth, start, end in zip(some.tolist(), starts.tolist(), ends.tolist(), strict=True):
             face = shown[nth]
-            middle = face.middle - inset * spacing * face.normal
-            found.append(middle + flat[start:end] @ ((1.0 - inset) * face.axes))
+            middle = face.middle - WITHIN * spacing * face.normal
+            found.append(middle + flat[start:end] @ ((1.0 - WITHIN) * face.axes))
         counted.append(within + along)
     return np.concatenate(found), np.repeat(there, np.concatenate(counted))
 
@@ -82,7 +72,7 @@ def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[Fl
 def _grids_within(
     polygons: NDArray[np.object_], low: FloatArray, high: FloatArray, counts: Indices
 ) -> tuple[FloatArray, FloatArray, Indices]:
-    """x, y and number (n,) of the polygon, of points of grids within polygons (f,).
+    """Return x, y and polygon number (n,) of the grid points within polygons (f,).
 
     The grids have so many columns and rows as `counts` (f, 2) say, from `low` to `high` (f, 2).
     A point is within if its row of the grid crosses the rim an odd number of times before it.

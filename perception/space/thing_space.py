@@ -1,6 +1,6 @@
 """The space round a thing, from its surface and from the lines of sight of its scene."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from facetlog.perception.attached_edges import RIM_SHARE
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.min_views import FEWEST_VIEWS
+from facetlog.perception.ragged import row_starts
 from facetlog.perception.scene import SightLines
-from facetlog.perception.space.carving import places_through
 from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.space.flooding import enclosed, missed_cells
 from facetlog.perception.space.grid import CELLS, Cells, Lattice
@@ -19,7 +19,95 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ThingSurface", "thing_space"]
+# A line ends where surface was seen, and passes no cell that holds measured surface: what is hidden
+# behind it is not free by that line.
+
+# Places along a line are this far apart, in cells: it misses only cells that it cuts a corner of.
+STEP = 0.5
+# A line says nothing of the last cell before what it ends on.
+BEFORE_END = 1.0
+# Places that are worked on in one go: some 30 MB.
+AT_ONCE = 400_000
+
+
+def places_through(
+    lattice: Lattice, sights: Iterable[SightLines], full: Cells
+) -> NDArray[np.int32]:
+    """Count the different places from which a line passed each cell (nx, ny, nz) before its end.
+
+    `full` (nx, ny, nz) are the cells that hold measured surface; lines end there at the latest.
+    """
+    origins: dict[tuple[float, ...], list[FloatArray]] = {}
+    for lines in sights:
+        origins.setdefault(tuple(lines.origin.tolist()), []).append(lines.ends)
+    counts = np.zeros(lattice.size, dtype=np.int32)
+    flat = full.ravel()
+    for origin, ends in origins.items():
+        counts += _passed(lattice, np.array(origin), np.concatenate(ends), flat)
+    return counts.reshape(lattice.shape)
+
+
+def _passed(
+    lattice: Lattice, origin: FloatArray, ends: FloatArray, full: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return cells (n,) that lines from one place to some ends (k, 3) passed."""
+    passed = np.zeros(lattice.size, dtype=np.bool_)
+    start = lattice.local(origin[None])[0]
+    rays = lattice.local(ends) - start
+    length = np.sqrt((rays * rays).sum(axis=1))
+    ahead = length > BEFORE_END
+    rays, length = rays[ahead], length[ahead]
+    rays /= length[:, None]
+    first, last = _within(lattice, start, rays)
+    last = np.minimum(last, length - BEFORE_END)
+    counts = np.maximum(np.ceil((last - first) / STEP), 0.0).astype(np.intp)
+    through = np.flatnonzero(counts)
+    batches = np.cumsum(counts[through]) // AT_ONCE
+    for some in np.split(through, np.flatnonzero(np.diff(batches)) + 1):
+        passed[_cells_of_lines(lattice, start, rays[some], first[some], counts[some], full)] = True
+    return passed
+
+
+def _within(lattice: Lattice, start: FloatArray, rays: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where unit rays (k, 3) enter and leave the lattice, in cells along them.
+
+    The first is not behind the start, and beyond the last where the ray misses the lattice.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = -start / rays, (np.array(lattice.shape) - start) / rays
+    # along an axis that a ray does not run along, it is always within or never
+    beside = (start < 0) | (start > lattice.shape)
+    still = rays == 0.0
+    low = np.where(still, np.where(beside, np.inf, -np.inf), low)
+    high = np.where(still, np.where(beside, -np.inf, np.inf), high)
+    first = np.maximum(np.minimum(low, high).max(axis=1), 0.0)
+    last = np.maximum(low, high).min(axis=1)
+    return first, np.where(still & beside, -np.inf, last[:, None]).min(axis=1)
+
+
+def _cells_of_lines(
+    lattice: Lattice,
+    start: FloatArray,
+    rays: FloatArray,
+    first: FloatArray,
+    counts: NDArray[np.intp],
+    full: NDArray[np.bool_],
+) -> NDArray[np.intp]:
+    """Return the cells (m,) in which so many places along each ray lie, up to the first that is
+    full.
+    """
+    starts = row_starts(counts)
+    ray = np.repeat(np.arange(len(counts)), counts)
+    nth = np.arange(len(ray)) - starts[ray]
+    away = first[ray] + STEP * (nth + 0.5)
+    nx, ny, nz = lattice.shape
+    cell = np.zeros(len(ray), dtype=np.intp)
+    for axis, size in enumerate((nx, ny, nz)):
+        along = (start[axis] + away * rays[ray, axis]).astype(np.intp)
+        cell = cell * size + np.clip(along, 0, size - 1)
+    stopped = np.where(full[cell], nth, counts[ray])
+    return cell[nth < np.minimum.reduceat(stopped, starts)[ray]]
+
 
 # Samples of a face are this share of a cell apart, so that none of its cells is missed: an inner
 # cell of a plane holds a sample at any spacing below 1; corners of cells are cut at more than .5.
@@ -50,7 +138,7 @@ WIDE = 2
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ThingSurface:
-    """What is known of a thing's surface.
+    """A thing's surface as far as it is known.
 
     `outer` (k, 3) are points that reach as far as the thing does, `curved` (m, 3) points of what
     is not flat, with unit `normals` (m, 3) outwards or rows of zeros; `lines` (l, 2, 3) are edges
@@ -75,12 +163,15 @@ def thing_space(
     places: int = 1,
     on_ground: bool = True,
 ) -> Space | None:
-    """The space round a thing along the unit vector `up` (3,), or None if it has no extent.
+    """Return the space round a thing along the unit vector `up` (3,), or None if it has no extent.
 
     What lines of sight passed from so many different `places` is free. What does not stand
     `on_ground` is reached from below, too.
     """
-    square_to = None if surface.all_round else _largest_upright(surface.faces, up)
+    upright = [face for face in surface.faces if abs(float(face.normal @ up)) < FACES_ALONG]
+    square_to = None
+    if upright and not surface.all_round:
+        square_to = max(upright, key=lambda face: face.area).normal
     lattice = Lattice.round(surface.outer, up, square_to=square_to)
     if lattice is None:
         return None
@@ -98,10 +189,12 @@ def thing_space(
     if closed:
         cells = np.where(within, State.FULL, State.FREE).astype(np.uint8)
         return Space(lattice, cells, closed)
-    free = ~touched & (
-        _right_before(lattice, points, facing)
-        | (places_through(lattice, sights, touched) >= places)
-    )
+    # right before surface that was seen from there
+    before = np.zeros(lattice.size, dtype=np.bool_)
+    numbers = lattice.numbers(points + BESIDE * facing)
+    before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
+    passed = places_through(lattice, sights, touched) >= places
+    free = ~touched & (before.reshape(lattice.shape) | passed)
     blind = _empty_round_an_eye(lattice, within & ~touched, surface.outer, sights)
     free &= ~blind
     full = touched | _without_free(within & ~touched & ~blind, free)
@@ -112,31 +205,15 @@ def thing_space(
     cells = _with_assumed(full, free, sure, shown, looked)
     cells[blind] = State.UNSEEN
     # One sees past an edge: it hides nothing, and what lies between two is not enclosed.
-    cells[_along(lattice, surface.lines)] = State.FULL
+    bars = lattice.local(line_points(surface.lines, SPACING * lattice.cell))
+    cells[lattice.holding(bars)] = State.FULL
     return Space(lattice, cells, closed)
 
 
-def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | None:
-    """The normal of the largest face about upright, if there is one."""
-    upright = [face for face in faces if abs(float(face.normal @ up)) < FACES_ALONG]
-    return max(upright, key=lambda face: face.area).normal if upright else None
-
-
-def _right_before(lattice: Lattice, points: FloatArray, facing: FloatArray) -> Cells:
-    """Cells right before surface that was seen from there."""
-    numbers = lattice.numbers(points + BESIDE * facing)
-    before = np.zeros(lattice.size, dtype=np.bool_)
-    before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
-    return before.reshape(lattice.shape)
-
-
-def _along(lattice: Lattice, lines: FloatArray) -> Cells:
-    """Cells that edges (l, 2, 3) pass."""
-    return lattice.holding(lattice.local(line_points(lines, SPACING * lattice.cell)))
-
-
 def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: FloatArray) -> float:
-    """How much of the surface has free space behind it; boards thinner than a cell have none."""
+    """Return how much of the surface has free space behind it; boards thinner than a cell have
+    none.
+    """
     known = facing.any(axis=1)
     if not known.all():
         points, facing = points[known], facing[known]
@@ -161,7 +238,7 @@ def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: Flo
 
 
 def _without_free(within: Cells, free: Cells) -> Cells:
-    """Of cells that seem enclosed those of rooms of which next to nothing is free."""
+    """Return the cells of seemingly enclosed rooms of which next to nothing is free."""
     from scipy import ndimage  # loaded only now: what has no space does without
 
     if not (within & free).any():
@@ -177,7 +254,7 @@ def _without_free(within: Cells, free: Cells) -> Cells:
 def _empty_round_an_eye(
     lattice: Lattice, within: Cells, outer: FloatArray, sights: Sequence[SightLines]
 ) -> Cells:
-    """Of cells that are enclosed those of rooms in which something sees nothing but their walls, of
+    """Return the cells of enclosed rooms in which something sees nothing but their walls, of
     which `outer` (k, 3) are points: it does not know whether that is a thing, nor what is outside.
     """
     from scipy import ndimage  # loaded only now: what has no space does without
@@ -196,7 +273,7 @@ def _empty_round_an_eye(
 
 
 def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
-    """Along which axes, and in which sense (1 or -1), surface faces that was seen from there."""
+    """Return along which axes, and in which sense (1 or -1), seen surface faces."""
     return {
         (axis, sense): float((sense * facing[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
         for axis in range(3)
@@ -211,7 +288,8 @@ def _with_assumed(
     shown: dict[tuple[int, int], bool],
     looked: Collection[tuple[int, int]] = (),
 ) -> NDArray[np.uint8]:
-    """The states of all cells, of which these are full and these free, some of them for `sure`.
+    """Return the states of all cells, of which these are full and these free, some of them for
+    `sure`.
 
     Of the others those are assumed to be full from which surface is met along some axis, and along
     none of them such free space before it: no place that is sure to be free opens to them. Nor do
@@ -238,7 +316,7 @@ def _with_assumed(
 
 
 def _looked_at(lattice: Lattice, sights: Sequence[SightLines]) -> set[tuple[int, int]]:
-    """The sides, by axis and sense, that enough views look at, and not along them."""
+    """Return the sides, by axis and sense, that enough views look at, and not along them."""
     eyes = np.array([lines.origin for lines in sights]).reshape(-1, 3)
     if not len(eyes):
         return set()
@@ -255,7 +333,9 @@ def _looked_at(lattice: Lattice, sights: Sequence[SightLines]) -> set[tuple[int,
 
 
 def _within_rim(full: Cells, axis: int, sense: int) -> Cells:
-    """Cells (nx, ny, nz) behind what of a side is open, with full cells at the side all round."""
+    """Return cells (nx, ny, nz) behind what of a side is open, with full cells at the side all
+    round.
+    """
     from scipy import ndimage  # loaded only now: what has no space does without
 
     outer = np.moveaxis(full, axis, 0)[::-sense][:RIM]
@@ -265,7 +345,7 @@ def _within_rim(full: Cells, axis: int, sense: int) -> Cells:
 
 
 def _wide(free: Cells) -> Cells:
-    """The free cells that are of places `WIDE` cells wide each way."""
+    """Return the free cells that are of places `WIDE` cells wide each way."""
     from scipy import ndimage  # loaded only now: what has no space does without
 
     found: Cells = ndimage.binary_opening(free, np.ones((WIDE,) * 3, dtype=np.bool_))
@@ -273,7 +353,9 @@ def _wide(free: Cells) -> Cells:
 
 
 def _first_met(states: NDArray[np.uint8], axis: int, sense: int) -> NDArray[np.uint8]:
-    """The state of the first free or full cell from each cell on along an axis, else unseen."""
+    """Return the state of the first free or full cell from each cell on along an axis, else
+    unseen.
+    """
     layers = np.moveaxis(states, axis, 0)[::-sense]
     met = np.full_like(layers, State.UNSEEN)
     for here in range(1, len(layers)):

@@ -1,4 +1,4 @@
-"""Nothing floats: what ends above the ground is carried, by what it nearly touches.
+"""Parts that end above the ground belong to the thing that carries them: the nearest one.
 
 A chair's back ends above its seat, with a rounded edge between them that is no face; where views
 show the ground beneath, it is of one thing with the seat. What is nearer to the ground stands on
@@ -6,14 +6,15 @@ something that was not found; and what another thing reaches beneath stands on t
 board's one side carries the other.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import shapely
 
+from facetlog.perception.attached_edges import MAX_GAP_SHARE, MIN_DEPTH_SHARE
 from facetlog.perception.batch_linalg import dots
-from facetlog.perception.facts.gaps.board_sides import one_board
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import find_intersection, make_polygon
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.components import components
@@ -22,7 +23,59 @@ from facetlog.perception.surfaces.floors import LEVEL_ENOUGH, above_ground
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
-__all__ = ["carried_together"]
+# Of a thin board pictures often show both sides and no rim between them, so that no edge says that
+# they belong together. But two faces that lie back to back, with no room for anything between them,
+# are the sides of one board.
+
+# The two sides of a board look away from each other within this angle.
+OPPOSITE = float(np.cos(np.deg2rad(10.0)))
+# They cover each other by this share of the smaller one.
+SHARED = 0.5
+
+
+def one_board(table: FaceTable, things: Sequence[Thing]) -> Iterator[tuple[int, int]]:
+    """Yield pairs of things, by their numbers, that have the two sides of a board.
+
+    The table is of one scene.
+    """
+    owners = np.full(len(table), -1, dtype=np.intp)
+    for number, thing in enumerate(things):
+        owners[list(thing.faces)] = number
+    normals = table.planes.normals
+    usable = np.flatnonzero((owners >= 0) & (table.areas > 0.0))
+    for one in usable.tolist():
+        apart = owners[usable] != owners[one]
+        opposite = usable[(usable > one) & apart & (normals[usable] @ normals[one] < -OPPOSITE)]
+        for other in opposite.tolist():
+            if _back_to_back(
+                _outline(table, one), _outline(table, other), normals[one], normals[other]
+            ):
+                yield int(owners[one]), int(owners[other])
+
+
+def _outline(table: FaceTable, face: int) -> FloatArray:
+    outline: FloatArray = table.points[table.outlines[face, table.there[face]]]
+    return outline
+
+
+def _back_to_back(
+    one: FloatArray, other: FloatArray, normal: FloatArray, other_normal: FloatArray
+) -> bool:
+    """Return whether outlines (k, 3), (l, 3) cover each other, the second a board's thickness
+    behind.
+    """
+    middle = one.mean(axis=0)
+    axes = plane_axes(normal, one[1] - one[0])
+    first, second = (make_polygon((ring - middle) @ axes.T) for ring in (one, other))
+    least = min(first.area, second.area)
+    shared = find_intersection(first, second)
+    if shared.area < SHARED * least:
+        return False
+    place = middle + shapely.get_coordinates(shared.centroid)[0] @ axes
+    depth = float((place - other.mean(axis=0)) @ other_normal) / float(normal @ other_normal)
+    size = float(np.sqrt(least))
+    return -MIN_DEPTH_SHARE * size < depth < MAX_GAP_SHARE * size
+
 
 # What carries a thing reaches as low or lower, and is nearer to it than this share of its height
 # above the ground.
@@ -36,8 +89,8 @@ STANDS_WITHIN = 2.0 / 3.0
 def carried_together(
     scene: Scene, table: FaceTable, edges: Indices, things: tuple[Thing, ...]
 ) -> tuple[Thing, ...]:
-    """The things of a scene, of which those that end above the ground are one with their carriers,
-    and those that have the two sides of a board one with each other.
+    """Return the things of a scene, of which those that end above the ground are one with their
+    carriers, and those that have the two sides of a board one with each other.
 
     The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
     the things are as they were, and where they were told apart as the scene was read (bodies).
@@ -82,7 +135,9 @@ def _vertices(table: FaceTable, edges: Indices, thing: Thing) -> Indices:
 def _stands_on(
     table: FaceTable, heights: FloatArray, flat: FloatArray, own: Indices, face: int
 ) -> bool:
-    """Whether a thing of these vertices lies over a level face, and takes only some of it."""
+    """Return whether a thing of these vertices lies over a level face, and takes only some
+    of it.
+    """
     corners = table.outlines[face, table.there[face]]
     if heights[own].mean() < heights[corners].mean():
         return False

@@ -13,7 +13,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.gaps.perpendiculars import Sheets
 from facetlog.perception.facts.relations import VAGUE
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.ragged import Indices
@@ -22,7 +21,79 @@ from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Parts", "Witnesses", "joined", "over_faces", "passing", "through_faces", "to_sides"]
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sheets:
+    """Faces that have an area (f,), with outlines of k vertices at most; all in the scene's unit.
+
+    The plane's height at x, in the plane's axes from `centres` on, is the mean of its vertices'
+    heights, weighted by `shares` + x · `levers`: the least-squares plane has the weights
+    1 / k + (x - m)ᵀ S⁻¹ (xi - m), with S = Σ (xi - m)(xi - m)ᵀ. Shorter outlines end in weights 0.
+    """
+
+    normals: FloatArray
+    middles: FloatArray
+    axes: FloatArray
+    polygons: NDArray[np.object_]
+    low: FloatArray
+    high: FloatArray
+    outlines: Indices
+    centres: FloatArray
+    shares: FloatArray
+    levers: FloatArray
+
+    @classmethod
+    def of(cls, table: FaceTable, faces: Indices) -> "Sheets":
+        """Return some faces (f,) of a scene, in this order."""
+        outlines, there, flat = table.outlines[faces], table.there[faces], table.flat[faces]
+        loops = table.points[outlines]
+        shares = there / there.sum(axis=1)[:, None]
+        centres = (shares[:, None] @ flat)[:, 0]
+        spokes = np.where(there[..., None], flat - centres[:, None], 0.0)
+        across = spokes.transpose(0, 2, 1)
+        return cls(
+            table.planes.normals[faces],
+            table.middles[faces],
+            table.axes[faces],
+            table.polygons[faces],
+            loops.min(axis=1),
+            loops.max(axis=1),
+            np.where(there, outlines, 0),
+            centres,
+            shares,
+            np.linalg.pinv(across @ spokes, hermitian=True) @ across,
+        )
+
+    def part(self, rows: slice) -> "Sheets":
+        """Return some of the faces."""
+        return Sheets(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+    def heights(self, rows: Indices, where: FloatArray) -> FloatArray:
+        """Return heights (c,) of points (c, 3) above the planes of these faces (c,)."""
+        lift: FloatArray = ((where - self.middles[rows]) * self.normals[rows]).sum(axis=1)
+        return lift
+
+    def flat(self, rows: Indices, where: FloatArray) -> FloatArray:
+        """Return coordinates (c, 2) of points (c, 3) in the planes of these faces (c,)."""
+        spokes = (where - self.middles[rows])[:, :, None]
+        coordinates: FloatArray = (self.axes[rows] @ spokes)[:, :, 0]
+        return coordinates
+
+    def inside(self, rows: Indices, where: FloatArray, slack: float) -> NDArray[np.bool_]:
+        """Return whether points (c, 3) are within the outlines of these faces, outside
+        their holes.
+        """
+        dots = shapely.points(self.flat(rows, where))
+        return np.asarray(shapely.distance(dots, self.polygons[rows]) <= slack, dtype=np.bool_)
+
+    def weights(self, rows: Indices, where: FloatArray) -> FloatArray:
+        """Return weights (c, k) of the outlines' vertices in the planes' heights at points
+        (c, 3).
+        """
+        x = (self.flat(rows, where) - self.centres[rows])[:, None]
+        found: FloatArray = self.shares[rows] + (x @ self.levers[rows])[:, 0]
+        return found
+
 
 Boxes = tuple[FloatArray, FloatArray]
 
@@ -53,7 +124,7 @@ class Parts:
 
     @classmethod
     def of(cls, table: FaceTable, edges: Indices, things: Sequence[Thing]) -> "Parts":
-        """The parts of one thing at least; `edges` (e, 2) are the scene's."""
+        """Return the parts of one thing at least; `edges` (e, 2) are the scene's."""
         count, most = len(things), max(len(table.points), 1)
         owner = np.full(len(table), count)
         for nth, thing in enumerate(things):
@@ -81,7 +152,7 @@ class Parts:
         )
 
     def between(self, low: int, high: int) -> "Parts":
-        """Those of the things from number `low` up to, but without, `high`."""
+        """Return the parts of the things from number `low` up to, but without, `high`."""
         v, s, f = (
             slice(*np.searchsorted(of, (low, high)).tolist())
             for of in (self.vertex_of, self.side_of, self.sheet_of)
@@ -138,12 +209,12 @@ class Witnesses:
         return np.asarray(np.linalg.norm(self.first - self.second, axis=1), dtype=np.float64)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Witnesses":
-        """Some of them."""
+        """Return some of them."""
         return Witnesses(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def joined(batches: Sequence[Witnesses]) -> Witnesses:
-    """All witnesses of the batches; those of few vertices get weights 0."""
+    """Return all witnesses of the batches; those of few vertices get weights 0."""
     widest = max(batch.weights.shape[1] for batch in batches)
 
     def column(name: str) -> NDArray[np.generic]:
@@ -156,7 +227,9 @@ def joined(batches: Sequence[Witnesses]) -> Witnesses:
 
 
 def _near(first: Boxes, second: Boxes, reach: FloatArray) -> tuple[Indices, Indices]:
-    """Pairs of boxes (n, 3), (m, 3) no further apart than `reach`, which broadcasts to (n, m)."""
+    """Return pairs of boxes (n, 3), (m, 3) no further apart than `reach`, which broadcasts to (n,
+    m).
+    """
     reach = np.broadcast_to(reach, (len(first[0]), len(second[0])))
     rows = max(1, PAIRS_AT_ONCE // max(len(second[0]), 1))
     one, two = [], []
@@ -171,12 +244,12 @@ def _near(first: Boxes, second: Boxes, reach: FloatArray) -> tuple[Indices, Indi
 
 
 def _reach(reach: FloatArray, one: Indices, two: Indices) -> FloatArray:
-    """The reach (n, m) of parts of the things `one` (n,) and `two` (m,)."""
+    """Return the reach (n, m) of parts of the things `one` (n,) and `two` (m,)."""
     return np.asarray(reach[one[:, None], two], dtype=np.float64)
 
 
 def to_sides(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
-    """Vertices with the nearest points of sides of other things."""
+    """Return vertices with the nearest points of sides of other things."""
     at = one.at
     i, j = _near((at, at), two.side_boxes, _reach(reach, one.vertex_of, two.side_of))
     p, ends = at[i], two.points[two.sides[j]]
@@ -198,7 +271,7 @@ def to_sides(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witness
 
 
 def passing(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
-    """Sides that pass each other, each nearest to the other within its length.
+    """Return sides that pass each other, each nearest to the other within its length.
 
     Of sides that are parallel within 3 sd none is nearest at one place; their ends stand for them.
     """
@@ -238,7 +311,7 @@ def passing(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesse
 
 
 def over_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
-    """Vertices with their feet on faces of other things."""
+    """Return vertices with their feet on faces of other things."""
     at, sheets = one.at, two.sheets
     i, j = _near((at, at), two.sheet_boxes, _reach(reach, one.vertex_of, two.sheet_of))
     heights = sheets.heights(j, at[i])
@@ -260,7 +333,7 @@ def over_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witne
 
 
 def through_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
-    """Where sides go through faces of other things, of those pairs that have a reach."""
+    """Return where sides go through faces of other things, for pairs that have a reach."""
     sheets = two.sheets
     touching = np.where(np.isnan(reach), np.nan, slack)
     i, j = _near(one.side_boxes, two.sheet_boxes, _reach(touching, one.side_of, two.sheet_of))

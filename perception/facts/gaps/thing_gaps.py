@@ -31,9 +31,6 @@ from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import Tolerance
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Gap", "gaps"]
-
-
 PAIRS_AT_ONCE = 2_000
 """Pairs of things worked on in one go: of blocks some 100 MB."""
 
@@ -47,7 +44,7 @@ class Gap(NamedTuple):
 
 
 def gaps(table: FaceTable, edges: Indices, things: Sequence[Thing]) -> tuple[Gap, ...]:
-    """The least distance of every two things, 0 where they touch or go through each other.
+    """Return the least distance of every two things, 0 where they touch or go through each other.
 
     The table is of one scene; `edges` (e, 2) are vertices. Where several witnesses are as near
     within 3 sd, as between two faces that are parallel, the distance is their mean: the least alone
@@ -82,14 +79,16 @@ def gaps(table: FaceTable, edges: Indices, things: Sequence[Thing]) -> tuple[Gap
 
 
 def _noise(parts: Parts, count: int, tolerance: Tolerance) -> FloatArray:
-    """What distances between things [i, j] may differ by and still be equal within 3 sd."""
+    """Return the difference of distances between things [i, j] that is still within 3 sd."""
     worst = np.zeros(count)
     np.maximum.at(worst, parts.vertex_of, tolerance.vertex_sds[parts.vertices])
     return tolerance.within(np.hypot(worst[:, None], worst))
 
 
 def _vertex_distances(parts: Parts, count: int) -> FloatArray:
-    """The least distances between vertices of the things [i, j]: no two are further apart."""
+    """Return the least distances between vertices of the things [i, j]: no two are further
+    apart.
+    """
     least = np.zeros((count, count))
     starts = np.searchsorted(parts.vertex_of, np.arange(count))
     for i in range(count):
@@ -99,7 +98,9 @@ def _vertex_distances(parts: Parts, count: int) -> FloatArray:
 
 
 def _witnesses(one: Parts, rest: Parts, reach: FloatArray, slack: float) -> Witnesses:
-    """All witnesses within reach of a thing and others; the nearest of each pair is among them."""
+    """Return all witnesses within reach of a thing and others; the nearest of each pair is among
+    them.
+    """
     return joined(
         [
             to_sides(one, rest, reach, slack),
@@ -116,7 +117,8 @@ def _witnesses(one: Parts, rest: Parts, reach: FloatArray, slack: float) -> Witn
 def _distances(
     found: Witnesses, pair: Indices, noise: FloatArray, covs: FloatArray, tolerance: Tolerance
 ) -> list[Estimate]:
-    """The distance of each pair of things: `noise` (p,) is theirs, `pair` (c,) says whose is what.
+    """Return the distance of each pair of things: `noise` (p,) is theirs, `pair` (c,) says whose is
+    what.
 
     Witnesses come with the lowest ranks first.
     """
@@ -142,7 +144,7 @@ def _distances(
 
 
 def _along(found: Witnesses, touching: NDArray[np.bool_]) -> FloatArray:
-    """Unit vectors (c, 3) from one point to the other, or across things that touch (c,)."""
+    """Return unit vectors (c, 3) from one point to the other, or across things that touch (c,)."""
     span = (found.first - found.second) / np.where(touching, 1.0, found.far)[:, None]
     return np.where(touching[:, None], found.across, span)
 
@@ -154,7 +156,7 @@ def _equal(
     covs: FloatArray,
     tolerance: Tolerance,
 ) -> Indices:
-    """Those as near as the nearest of their pair within 3 sd, one at each place.
+    """Return the witnesses as near as the nearest of their pair within 3 sd, one at each place.
 
     Of these only the highest rank counts: beside a vertex that is over a face, others that are not
     over it are nearly as near, aslant. At one place the lowest rank stands for all, since rounding
@@ -187,7 +189,9 @@ def _equal(
 
 
 def _sds(found: Witnesses, along: FloatArray, covs: FloatArray) -> FloatArray:
-    """1σ (c,) of each witness along its direction (c, 3); the worst one where that is NaN."""
+    """Return 1σ (c,) of each witness along its direction (c, 3); the worst one where that
+    is NaN.
+    """
     # A vertex that both things have counts once, with the sum of its weights.
     same = found.vertices[:, :, None] == found.vertices[:, None]
     total = (same @ found.weights[:, :, None])[:, :, 0]
@@ -202,7 +206,9 @@ def _sds(found: Witnesses, along: FloatArray, covs: FloatArray) -> FloatArray:
 def _summed(
     vertices: Indices, slopes: FloatArray, pair: Indices, covs: FloatArray, count: int
 ) -> FloatArray:
-    """Variances (p,) of sums over a pair's witnesses, with slopes (c, k, 3) at vertices (c, k)."""
+    """Return variances (p,) of sums over a pair's witnesses, with slopes (c, k, 3) at vertices (c,
+    k).
+    """
     keys, row = np.unique(pair[:, None] * len(covs) + vertices, return_inverse=True)
     total = np.zeros((len(keys), 3))
     np.add.at(total, row.ravel(), slopes.reshape(-1, 3))

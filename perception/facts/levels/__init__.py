@@ -1,1 +1,1 @@
-"""What lies at, beneath and above the level of a face: what things fill, and what they leave."""
+"""Space at, beneath and above the level of a face, filled or left free by things."""

@@ -1,4 +1,4 @@
-"""What things fill of their space, and what they leave."""
+"""Measures of the space that things fill, and of the space that they leave."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -6,9 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.perception.facts.levels.bounded import Bounded
-from facetlog.perception.facts.levels.levels import Level, level_at
-from facetlog.perception.facts.levels.sides import hollow
+from facetlog.perception.facts.levels.levels import Bounded, Level, hollow, level_at
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.ragged import Indices
 from facetlog.perception.scene import Scene
@@ -19,8 +17,6 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
-
-__all__ = ["FilledSpace", "curved_share", "filled_spaces"]
 
 # A direction this near one of a box's own is the same: cos 5°.
 SAME_DIRECTION = 0.996
@@ -52,7 +48,9 @@ class FilledSpace:
 
 
 def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
-    """How much of a thing's surface is not flat, 0..1; `areas` (f,) are those of all faces."""
+    """Return how much of a thing's surface is not flat, 0..1; `areas` (f,) are those of all
+    faces.
+    """
     curved = float(sum(scene.patches[i].areas.sum() for i in thing.patches))
     if not curved > 0.0:
         return 0.0
@@ -67,7 +65,7 @@ def filled_spaces(
     members: Sequence[Indices],
     floors: FloatArray,
 ) -> dict[int, FilledSpace]:
-    """What each thing (by its index) fills of its space; `edges` (e, 2) are those of the scenes,
+    """Return the filled space of each thing (by its index); `edges` (e, 2) are those of the scenes,
     `members` the vertices of each thing, and `floors` (t,) the heights of the ground beneath,
     infinite where it is not known.
     """
@@ -104,7 +102,9 @@ def _surface(
 
 
 def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
-    """Points (n, 3) of a thing, and one on the floor where that is lower by a cell of its space."""
+    """Return points (n, 3) of a thing, and one on the floor where that is lower by a cell of its
+    space.
+    """
     if up is None or not len(points):
         return points
     heights = points @ up
@@ -116,7 +116,7 @@ def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatAr
 
 
 def _corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
-    """Median sd of the faces' corners, along an axis; 0 without faces."""
+    """Return the median sd of the faces' corners, along an axis; 0 without faces."""
     corners = sorted({i for face in faces for i in face.members})
     if not corners:
         return 0.0
@@ -175,7 +175,9 @@ class _Measured:
         )
 
     def _axis(self) -> FloatArray:
-        """The normal of the largest face, or the direction in which the points vary least."""
+        """Return the normal of the largest face, or the direction in which the points vary
+        least.
+        """
         if self.surface.faces:
             return max(self.surface.faces, key=lambda face: face.area).normal
         normal: FloatArray = np.linalg.eigh(np.cov(self.surface.outer.T))[1][:, 0]
@@ -200,7 +202,7 @@ class _Measured:
 
 
 def _both_ways(space: Space, reading: Callable[[Grid], Estimate]) -> Bounded:
-    """A reading of the space with all that is unseen free, and with all of it full."""
+    """Return a reading of the space with all that is unseen free, and with all of it full."""
     least, most = space.least(), space.most()
     if most is least:
         return Bounded.sure(reading(least))

@@ -1,26 +1,29 @@
-"""What lies beneath, on and above the level of a face: what tells furniture apart.
+"""Measures of the level of a face, and of the four sides of its object.
 
-The *level* of a face is all of the thing that faces up at the height of the face's middle: a seat
+The *level* of a face is all of the object that faces up at the height of the face's middle: a seat
 of slats is one level, and so is a table top of two leaves. The *space beneath* reaches from there
-to the ground. It is measured in cells of the thing's space, exact to about one of them, and twice
+to the ground. It is measured in cells of the object's space, exact to about one of them, and twice
 where some of it is unseen: as if that were free, and as if it were full.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.levels.bounded import Bounded
-from facetlog.perception.facts.levels.sides import closed_at_back, closed_sides, open_from_two_sides
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.space.grid import ROUNDING, Grid
-from facetlog.perception.space.space import Space
+from facetlog.perception.space.space import Space, State
 
-__all__ = ["GAP", "Level", "Slab", "closed", "level_at"]
-
-# A level is as thick as this share of the thing's height, up and down: seats and cushions sag.
+# A back stands within this share of a level's extent from its rim, or beyond that.
+RIM = 0.3
+# A side is hollow where it lies deeper than this share of the longest: a panel's frame does not.
+DEEP = 0.07
+# A shelf faces up over this share of the level's plan: less is a rung, a rail or a drawer's rim.
+BROAD = 0.5
+# A level is as thick as this share of the object's height, up and down: seats and cushions sag.
 THICKNESS = 0.02
 # Gaps between slats, in cells, that still belong to a level.
 GAP = 2
@@ -36,86 +39,272 @@ GROUND_LAYERS = 1
 _Plan = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
-class Level:
-    """What the level of a face is like; shares 0..1 but for `side` and `off_middle`, which are
-    in half extents of the level, lengths in the scene's unit.
+class Bounded(NamedTuple):
+    """A value with its sd, and the values if all unseen space is free, and if all is full.
 
-    - `cover`: how much of the thing's footprint it takes.
-    - `length`, `width`: its extents, the longer one first, along the sides of the thing's plan.
-    - `built_over`: how much of it has something above.
-    - `room_width`: how wide the widest room beneath is, along either axis of the plan: as far as,
-      from the rim to half its depth, most is free from the ground to half its height.
-    - `room_below`: free height right beneath it, on average; `room_above` the same above it, up
-      to the thing's highest point.
-    - `free_below`: how much of the space beneath, board and all, is free.
-    - `see_through`: how much of the space beneath one sees through, along or across it, whichever
-      is more; `see_across` whichever is less.
-    - `open_sides`: how much of the space beneath one sees to the thing's middle through, from the
-      second most open of its four sides.
-    - `enclosed`: how much of its rim has something high above it.
-    - `behind`: how much of the length of one of its sides has something high above it, of the side
-      where that exceeds the opposite one's most; `in_front` the same of the opposite one.
-    - `side_behind`: the length of that side; None where no side is closed more than its opposite.
-    - `along_front`: the axis of the space, 0 or 1, along which that side and the opposite one lie;
-      None where unseen space could make it the other.
-    - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
-      side where it is farthest; `off_middle` the same along that side; `span`: how much of the
-      side's length it takes. None where nothing rises; what is unseen does not.
+    Where these two differ the value is their middle.
     """
 
-    cover: Bounded
-    length: Bounded
-    width: Bounded
-    built_over: Bounded
-    room_below: Bounded
-    room_width: Bounded
-    room_above: Bounded
-    free_below: Bounded
-    see_through: Bounded
-    see_across: Bounded
-    open_sides: Bounded
-    enclosed: Bounded
-    behind: Bounded
-    in_front: Bounded
-    side_behind: Bounded | None = None
-    along_front: int | None = None
-    side: Bounded | None = None
-    off_middle: Bounded | None = None
-    span: Bounded | None = None
+    value: float
+    sd: float
+    if_free: float
+    if_full: float
 
-    def measures(self) -> Iterator[tuple[str, Bounded]]:
-        """The names of the facts and their values, of those that are known."""
-        named = (
-            ("cover", self.cover),
-            ("level_length", self.length),
-            ("level_width", self.width),
-            ("built_over", self.built_over),
-            ("room_below", self.room_below),
-            ("room_width", self.room_width),
-            ("room_above", self.room_above),
-            ("free_below", self.free_below),
-            ("see_through", self.see_through),
-            ("see_across", self.see_across),
-            ("open_from_two_sides", self.open_sides),
-            ("enclosed", self.enclosed),
-            ("closed_behind", self.behind),
-            ("closed_in_front", self.in_front),
-            ("side_behind", self.side_behind),
-            ("rise_side", self.side),
-            ("rise_off_middle", self.off_middle),
-            ("rise_span", self.span),
-        )
-        return ((name, estimate) for name, estimate in named if estimate is not None)
+    @classmethod
+    def sure(cls, one: Estimate) -> "Bounded":
+        """Return a measure that no unseen space could change."""
+        return cls(*one, one.value, one.value)
+
+    @classmethod
+    def between(cls, if_free: Estimate, if_full: Estimate) -> "Bounded":
+        """Return the measure with these two readings.
+
+        >>> Bounded.between(Estimate(0.5, 0.01), Estimate(0.25, 0.02))
+        Bounded(value=0.375, sd=0.02, if_free=0.5, if_full=0.25)
+        """
+        sd = max(if_free.sd, if_full.sd)
+        if if_free.value == if_full.value:
+            return cls(if_free.value, sd, if_free.value, if_full.value)
+        middle = (if_free.value + if_full.value) / 2.0
+        return cls(middle, sd, if_free.value, if_full.value)
+
+    @property
+    def open(self) -> bool:
+        """Whether the two readings differ."""
+        return self.if_free != self.if_full
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """The `measures` of a level that are known, by the names of their facts (fact_schema.py).
+
+    `along_front` is the axis of the space, 0 or 1, along which the side that `closed_behind`
+    measures and the opposite one lie; None where unseen space could make it the other, or where no
+    side is closed more than its opposite.
+    """
+
+    measures: dict[str, Bounded]
+    along_front: int | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Slab:
+    """The layers of cells of a level: that of its height is `layer`, all from `low` to `high`."""
+
+    layer: int
+    low: int
+    high: int
+
+    @classmethod
+    def at(cls, grid: Grid, height: float) -> "Slab":
+        """Return the layers at a height along up, in the scene's frame."""
+        layers = grid.solid.shape[2]
+        thickness = max(1, round(THICKNESS * layers))
+        layer = grid.layer(height)
+        return cls(layer, max(0, layer - thickness), min(layers, layer + thickness + 1))
+
+    def plan(self, grid: Grid) -> _Plan:
+        """Return the plan (nx, ny) of all that faces up in it."""
+        return closed(_any(grid.upper[:, :, self.low : self.high])) & grid.footprint
+
+    def tall(self, grid: Grid) -> _Plan:
+        """Return the plan (nx, ny) of all that rises high above it."""
+        begin = self.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - self.high)))
+        return _any(grid.solid[:, :, begin:])
+
+
+def level_at(space: Space, height: float) -> Level | None:
+    """Return the level at a height (along up, in the scene's frame); None if nothing faces up
+    there.
+    """
+    least, most = space.least(), space.most()
+    slab = Slab.at(least, height)
+    plan = slab.plan(least)
+    taken, footprint = int(plan.sum()), least.footprint
+    if not taken:
+        return None
+    # unseen space may be more of the level, or of the plan round it
+    wide = plan if most is least else slab.plan(most) | plan
+    side, rounding = _share_sd(plan), ROUNDING * least.cell
+    cover = (
+        taken / int((footprint | most.footprint).sum()),
+        int(wide.sum()) / int((footprint | wide).sum()),
+    )
+    (width, length), (wider, longer) = (sorted(_extents(each)[1]) for each in (plan, wide))
+    found = {
+        "cover": Bounded.between(*(Estimate(each, side) for each in cover)),
+        "level_length": Bounded.between(
+            *(Estimate(n * least.cell, rounding) for n in (length, longer))
+        ),
+        "level_width": Bounded.between(
+            *(Estimate(n * least.cell, rounding) for n in (width, wider))
+        ),
+    }
+    one, front = _readings(least, plan, slab)
+    other, other_front = (one, front) if most is least else _readings(most, plan, slab)
+    found |= {
+        name: Bounded.between(each, other[name]) for name, each in one.items() if name in other
+    }
+    tall = slab.tall(least)
+    if tall.any():  # unseen space does not rise
+        rise = zip(("rise_side", "rise_off_middle", "rise_span"), _rise(plan, tall), strict=True)
+        found |= {name: Bounded.sure(Estimate(each, 2.0 * side)) for name, each in rise}
+    return Level(found, front if front == other_front else None)
+
+
+def _readings(grid: Grid, plan: _Plan, slab: Slab) -> tuple[dict[str, Estimate], int | None]:
+    """Return what lies over and under a level, by the names of facts, and the axis of its front."""
+    taken = int(plan.sum())
+    side, depth = _share_sd(plan), ROUNDING / max(slab.layer, 1)
+    built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
+    below = max(1, int(0.9 * slab.low))
+    across, through = sorted(_see_through(grid, plan, below))
+    sides = closed_sides(plan, slab.tall(grid))
+    back = closed_at_back(sides)
+    extents = _extents(plan)[1]
+    rim = ROUNDING / float(np.sqrt(max(extents)))
+    # the first two sides lie at the ends of the first axis
+    around = np.repeat(extents[::-1], 2)
+    free = ~grid.solid[:, :, : slab.layer + 1][plan]
+    # above the uppermost surface of the level in each column, or, in its gaps, its height
+    own = grid.upper[:, :, slab.low : slab.high][plan]
+    topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
+    topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
+    above = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
+    rounding, seen_sd = ROUNDING * grid.cell, float(np.hypot(side, depth))
+    found = {
+        "built_over": Estimate(built_over, side),
+        "room_below": Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
+        "room_width": Estimate(_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
+        "room_above": Estimate(_room(above) * grid.cell, rounding),
+        "free_below": Estimate(float(free.mean()), seen_sd),
+        "see_through": Estimate(through, seen_sd),
+        "see_across": Estimate(across, seen_sd),
+        "open_from_two_sides": Estimate(open_from_two_sides(grid, below), seen_sd),
+        "enclosed": Estimate(float(around @ sides / around.sum()), rim),
+        "closed_behind": Estimate(sides[back], rim),
+        "closed_in_front": Estimate(sides[back ^ 1], rim),
+    }
+    if not sides[back] > sides[back ^ 1]:
+        return found, None
+    found["side_behind"] = Estimate(float(around[back]) * grid.cell, rounding)
+    return found, 1 - back // 2
+
+
+def shelves_below(space: Space, height: float) -> tuple[int, int] | None:
+    """Return the fewest and the most shelves beneath the level at a height (along up, in the
+    scene's frame), None if nothing faces up there.
+
+    The fewest are those that were seen, the most those that could lie in unseen space besides.
+    """
+    least = space.least()
+    slab = Slab.at(least, height)
+    plan = slab.plan(least)
+    if not plan.any():
+        return None
+    seen = least.upper[:, :, : slab.low][plan]
+    unseen = space.cells[:, :, : slab.low][plan] == State.UNSEEN
+    return _count_shelves(seen), _count_shelves(seen | unseen)
+
+
+def _count_shelves(upper: NDArray[np.bool_]) -> int:
+    """Count how many times, from the top on, enough of the columns of cells (n, layers) face up.
+
+    They do so in one layer or across two: a surface beside the border of two is in either.
+    """
+    across_two = upper.copy()
+    across_two[:, 1:] |= upper[:, :-1]
+    broad = across_two.mean(axis=0) >= BROAD
+    found, layer = 0, len(broad) - 1
+    while layer >= 0:
+        found += int(broad[layer])
+        layer -= 2 if broad[layer] else 1
+    return found
+
+
+def closed_sides(plan: _Plan, tall: _Plan) -> tuple[float, float, float, float]:
+    """Return the share of each side's length of a level above whose rim something is `tall`.
+
+    `plan` (nx, ny) is that of the level, `tall` (nx, ny) of all high above it. Opposite sides
+    follow one another.
+
+    >>> seat = np.ones((10, 10), dtype=bool)
+    >>> back = seat & (np.arange(10) == 9) & (np.arange(10) < 8)[:, None]
+    >>> closed_sides(seat, back)
+    (0.1, 0.1, 0.0, 0.8)
+    """
+    found = []
+    for axis in (0, 1):
+        own, risen = (plan, tall) if axis == 0 else (plan.T, tall.T)
+        along, across = (np.flatnonzero(own.any(axis=k)) for k in (1, 0))
+        first, last = int(along[0]), int(along[-1]) + 1
+        depth = max(1, round(RIM * (last - first)))
+        within = slice(int(across[0]), int(across[-1]) + 1)
+        strips = slice(None, first + depth), slice(last - depth, None)
+        found += [float(risen[strip, within].any(axis=0).mean()) for strip in strips]
+    one, two, three, four = found
+    return one, two, three, four
+
+
+def closed_at_back(sides: tuple[float, float, float, float]) -> int:
+    """Return the side that is closed most over its opposite: where a back is, if anywhere."""
+    return max(range(4), key=lambda side: sides[side] - sides[side ^ 1])
+
+
+def open_from_two_sides(grid: Grid, below: int) -> float:
+    """Return the share of level sight lines beneath a layer that reach the object's middle, from
+    the second most open of its four sides.
+    """
+    solid = grid.solid[:, :, :below]
+    found = []
+    for axis, backwards in product((0, 1), (False, True)):
+        cells = np.moveaxis(solid, axis, 0)
+        if backwards:
+            cells = cells[::-1]
+        half = cells[: (len(cells) + 1) // 2]
+        found.append(1.0 - float(half.any(axis=0).mean()))
+    return sorted(found)[-2]
+
+
+def hollow(grid: Grid, *, on_ground: bool) -> float:
+    """Return the share of the most hollow side that lies deep behind the least box, 0..1.
+
+    An object that stands `on_ground` has no side below.
+    """
+    deep = DEEP * max(grid.solid.shape)
+    found = []
+    for axis, backwards in product((0, 1, 2), (False, True)):
+        if on_ground and axis == 2 and not backwards:
+            continue
+        cells = np.moveaxis(grid.solid, axis, 0)
+        if backwards:
+            cells = cells[::-1]
+        depth = np.where(cells.any(axis=0), cells.argmax(axis=0), len(cells))
+        found.append(float((depth > deep).mean()))
+    return max(found)
 
 
 def _any(cells: _Plan) -> _Plan:
-    """Columns (nx, ny) of cells (nx, ny, nz) that hold something."""
+    """Return the columns (nx, ny) of cells (nx, ny, nz) that hold something."""
     return np.asarray(cells.any(axis=2))
 
 
-def _grown(plan: _Plan) -> _Plan:
-    """The plan and all cells beside it; outermost ones are to be free."""
+def closed(plan: _Plan) -> _Plan:
+    """Return the plan with gaps of a few cells filled: grown, and then its outside grown back.
+
+    On plans so small this takes a tenth of the time of scipy.ndimage.binary_closing.
+    """
+    cells = np.pad(plan, GAP + 1)
+    for _ in range(GAP):
+        cells = _grow(cells)
+    cells = ~cells
+    for _ in range(GAP):
+        cells = _grow(cells)
+    closed: _Plan = ~cells[GAP + 1 : -GAP - 1, GAP + 1 : -GAP - 1]
+    return closed | plan
+
+
+def _grow(plan: _Plan) -> _Plan:
     grown = plan.copy()
     grown[1:] |= plan[:-1]
     grown[:-1] |= plan[1:]
@@ -124,23 +313,8 @@ def _grown(plan: _Plan) -> _Plan:
     return grown
 
 
-def closed(plan: _Plan) -> _Plan:
-    """The plan with gaps of a few cells filled: grown, and then what is free grown back.
-
-    On plans so small this takes a tenth of the time of scipy.ndimage.binary_closing.
-    """
-    cells = np.pad(plan, GAP + 1)
-    for _ in range(GAP):
-        cells = _grown(cells)
-    cells = ~cells
-    for _ in range(GAP):
-        cells = _grown(cells)
-    closed: _Plan = ~cells[GAP + 1 : -GAP - 1, GAP + 1 : -GAP - 1]
-    return closed | plan
-
-
 def _room(free: _Plan) -> float:
-    """The first run of free cells in each row (n, layers), on average over the rows."""
+    """Return the mean length of the first run of free cells in each row (n, layers)."""
     count, layers = free.shape
     if not layers:
         return 0.0
@@ -151,7 +325,7 @@ def _room(free: _Plan) -> float:
 
 
 def _longest_run(places: NDArray[np.bool_]) -> int:
-    """How many places (n,) in a row hold, at most.
+    """Return the length of the longest run of places (n,) that hold.
 
     >>> _longest_run(np.array([True, False, True, True]))
     2
@@ -161,7 +335,7 @@ def _longest_run(places: NDArray[np.bool_]) -> int:
 
 
 def _room_width(grid: Grid, plan: _Plan, below: int) -> int:
-    """The width of the widest room beneath a level's plan, in cells."""
+    """Return the width of the widest room beneath a level's plan, in cells."""
     rows, columns = (np.flatnonzero(plan.any(axis=axis)) for axis in (1, 0))
     solid = grid.solid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :below]
     low = ~solid[:, :, GROUND_LAYERS : max(GROUND_LAYERS + 1, round(ROOM_HEIGHT * below))]
@@ -175,7 +349,7 @@ def _room_width(grid: Grid, plan: _Plan, below: int) -> int:
 
 
 def _see_through(grid: Grid, plan: _Plan, below: int) -> tuple[float, float]:
-    """Shares of the space beneath that one sees through along either axis of the plan."""
+    """Return the shares of the space beneath that one sees through along either axis."""
     within = grid.solid[:, :, :below] & plan[:, :, None]
     rows, columns = np.flatnonzero(plan.any(axis=1)), np.flatnonzero(plan.any(axis=0))
     along = np.asarray(within.any(axis=0))[columns[0] : columns[-1] + 1]
@@ -184,7 +358,7 @@ def _see_through(grid: Grid, plan: _Plan, below: int) -> tuple[float, float]:
 
 
 def _extents(plan: _Plan) -> tuple[list[float], list[float]]:
-    """Middles and extents of a plan along its two axes, in cells."""
+    """Return middles and extents of a plan along its two axes, in cells."""
     middles, extents = [], []
     for axis in (1, 0):
         own = np.flatnonzero(plan.any(axis=axis))
@@ -194,7 +368,7 @@ def _extents(plan: _Plan) -> tuple[list[float], list[float]]:
 
 
 def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
-    """`side`, `off_middle` and `span` of what rises (`tall`) from a level's plan."""
+    """Return `rise_side`, `rise_off_middle` and `rise_span` of what is `tall` on a level's plan."""
     middles, extents = _extents(plan)
     where = np.argwhere(tall).mean(axis=0)
     offsets = 2.0 * np.abs(where - middles) / np.array(extents)
@@ -204,145 +378,6 @@ def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
     return float(offsets[first]), float(offsets[1 - first]), float(min(span, 1.0))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Slab:
-    """The layers of cells of a level: that of its height is `layer`, all from `low` to `high`."""
-
-    layer: int
-    low: int
-    high: int
-
-    @classmethod
-    def at(cls, grid: Grid, height: float) -> "Slab":
-        layers = grid.solid.shape[2]
-        thickness = max(1, round(THICKNESS * layers))
-        layer = grid.layer(height)
-        return cls(layer, max(0, layer - thickness), min(layers, layer + thickness + 1))
-
-    def plan(self, grid: Grid) -> _Plan:
-        """The plan (nx, ny) of what faces up in it."""
-        return closed(_any(grid.upper[:, :, self.low : self.high])) & grid.footprint
-
-    def tall(self, grid: Grid) -> _Plan:
-        """The plan (nx, ny) of what rises high above it."""
-        begin = self.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - self.high)))
-        return _any(grid.solid[:, :, begin:])
-
-
-@dataclass(frozen=True, slots=True)
-class _Beneath:
-    """What lies over and under a level in one reading of its thing's space."""
-
-    built_over: Estimate
-    room_below: Estimate
-    room_width: Estimate
-    room_above: Estimate
-    free_below: Estimate
-    see_through: Estimate
-    see_across: Estimate
-    open_sides: Estimate
-    enclosed: Estimate
-    behind: Estimate
-    in_front: Estimate
-    side_behind: Estimate | None
-    along_front: int | None
-
-    @classmethod
-    def of(cls, grid: Grid, plan: _Plan, slab: Slab) -> "_Beneath":
-        taken = int(plan.sum())
-        side, depth = _side(plan), ROUNDING / max(slab.layer, 1)
-        built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
-        below = max(1, int(0.9 * slab.low))
-        across, through = sorted(_see_through(grid, plan, below))
-        sides = closed_sides(plan, slab.tall(grid))
-        back = closed_at_back(sides)
-        has_back = sides[back] > sides[back ^ 1]
-        extents = _extents(plan)[1]
-        rim = ROUNDING / float(np.sqrt(max(extents)))
-        # the first two sides lie at the ends of the first axis
-        around = np.repeat(extents[::-1], 2)
-        free = ~grid.solid[:, :, : slab.layer + 1][plan]
-        # above the uppermost surface of the level in each column, or, in its gaps, its height
-        own = grid.upper[:, :, slab.low : slab.high][plan]
-        topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
-        topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
-        above = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
-        rounding, seen_sd = ROUNDING * grid.cell, float(np.hypot(side, depth))
-        return cls(
-            Estimate(built_over, side),
-            Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
-            Estimate(_room_width(grid, plan, below) * grid.cell, 2.0 * rounding),
-            Estimate(_room(above) * grid.cell, rounding),
-            Estimate(float(free.mean()), seen_sd),
-            Estimate(through, seen_sd),
-            Estimate(across, seen_sd),
-            Estimate(open_from_two_sides(grid, below), seen_sd),
-            Estimate(float(around @ sides / around.sum()), rim),
-            Estimate(sides[back], rim),
-            Estimate(sides[back ^ 1], rim),
-            Estimate(float(around[back]) * grid.cell, rounding) if has_back else None,
-            1 - back // 2 if has_back else None,
-        )
-
-
-def _side(plan: _Plan) -> float:
-    """The sd of a share of a plan: a cell at its rim."""
+def _share_sd(plan: _Plan) -> float:
+    """Return the sd of a share of a plan: a cell at its rim."""
     return ROUNDING / float(np.sqrt(plan.sum()))
-
-
-def _risen(grid: Grid, plan: _Plan, slab: Slab) -> tuple[Bounded, Bounded, Bounded] | None:
-    """`side`, `off_middle` and `span` of what rises high above a level, if anything does."""
-    tall = slab.tall(grid)
-    if not tall.any():
-        return None
-    side, off_middle, span = (
-        Bounded.sure(Estimate(each, 2.0 * _side(plan))) for each in _rise(plan, tall)
-    )
-    return side, off_middle, span
-
-
-def _of_both(one: Estimate | None, other: Estimate | None) -> Bounded | None:
-    """What is known in both readings of a space, else None."""
-    return None if one is None or other is None else Bounded.between(one, other)
-
-
-def level_at(space: Space, height: float) -> Level | None:
-    """The level at a height (along up, in the scene's frame); None if nothing faces up there."""
-    least, most = space.least(), space.most()
-    slab = Slab.at(least, height)
-    plan = slab.plan(least)
-    taken, footprint = int(plan.sum()), least.footprint
-    if not taken:
-        return None
-    # what is unseen may be more of the level, or of the plan round it
-    wide = plan if most is least else slab.plan(most) | plan
-    side, rounding = _side(plan), ROUNDING * least.cell
-    cover = (
-        taken / int((footprint | most.footprint).sum()),
-        int(wide.sum()) / int((footprint | wide).sum()),
-    )
-    (width, length), (wider, longer) = (sorted(_extents(each)[1]) for each in (plan, wide))
-    one = _Beneath.of(least, plan, slab)
-    other = one if most is least else _Beneath.of(most, plan, slab)
-    rise = _risen(least, plan, slab) or (None, None, None)
-    return Level(
-        cover=Bounded.between(*(Estimate(each, side) for each in cover)),
-        length=Bounded.between(*(Estimate(n * least.cell, rounding) for n in (length, longer))),
-        width=Bounded.between(*(Estimate(n * least.cell, rounding) for n in (width, wider))),
-        built_over=Bounded.between(one.built_over, other.built_over),
-        room_below=Bounded.between(one.room_below, other.room_below),
-        room_width=Bounded.between(one.room_width, other.room_width),
-        room_above=Bounded.between(one.room_above, other.room_above),
-        free_below=Bounded.between(one.free_below, other.free_below),
-        see_through=Bounded.between(one.see_through, other.see_through),
-        see_across=Bounded.between(one.see_across, other.see_across),
-        open_sides=Bounded.between(one.open_sides, other.open_sides),
-        enclosed=Bounded.between(one.enclosed, other.enclosed),
-        behind=Bounded.between(one.behind, other.behind),
-        in_front=Bounded.between(one.in_front, other.in_front),
-        side_behind=_of_both(one.side_behind, other.side_behind),
-        along_front=one.along_front if one.along_front == other.along_front else None,
-        side=rise[0],
-        off_middle=rise[1],
-        span=rise[2],
-    )

@@ -4,8 +4,6 @@ from functools import partial
 
 from facetlog.perception.facts.fact_kinds import FactKind, Solutions, fact_kind
 
-__all__ = ["OPENING_KINDS", "PIECE_KINDS"]
-
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _kind = partial(fact_kind, on_demand=True)

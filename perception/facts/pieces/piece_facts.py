@@ -3,22 +3,15 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.facts.levels.filled_space import FilledSpace
-from facetlog.perception.facts.levels.levels import level_at
-from facetlog.perception.facts.levels.shelves import shelves_below
+from facetlog.perception.facts.levels.levels import level_at, shelves_below
 from facetlog.perception.facts.named_rows import BlockFacts
-from facetlog.perception.facts.pieces.directions import angles_between, lying, tilt
 from facetlog.perception.facts.pieces.kinds import OPENING_KINDS, PIECE_KINDS
-from facetlog.perception.facts.pieces.opening_facts import (
-    hanging,
-    opening_rows,
-    openings_known,
-    openings_of,
-    rim_rows,
-)
 from facetlog.perception.facts.pieces.solid_boxes import (
     SolidBox,
     heights,
@@ -26,18 +19,190 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     known_overlaps,
 )
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
+from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.openings import Opening
+from facetlog.perception.space.grid import ROUNDING
+from facetlog.perception.space.openings import Opening, find_openings, room_for_openings
+from facetlog.perception.space.space import Space
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
 
-__all__ = ["piece_facts", "shown_pieces"]
+# A piece frames an opening along this share of its rim at least: it does not just touch a corner.
+FRAMES = 0.05
+# A face that leans less than this lies across: cos 30°.
+ACROSS = 0.866
+# An opening lies within a face that leaves it free and reaches round it, or in a piece that is all
+# of its rim, but for so much of it.
+BESIDE = 0.1
+
+Row = tuple[str, tuple[str | float, ...]]
+
+
+def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
+    """Return the openings of a thing, in the space whose box fits it best."""
+    space, on_ground = _where_they_fit(filled, up)
+    return find_openings(space, on_ground=on_ground)
+
+
+def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
+    """Return whether a thing can have no openings but these, wherever it may stand if up is not
+    known.
+    """
+    space, on_ground = _where_they_fit(filled, up)
+    stands = None if up is None else on_ground
+    return not room_for_openings(space, openings, on_ground=stands)
+
+
+def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
+    return filled.tipped or filled.space, up is not None and filled.tipped is None
+
+
+def opening_rows(
+    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
+) -> Iterator[Row]:
+    """Yield functors and arguments of the facts about one opening; `face_names` (f,) are of all
+    faces.
+    """
+    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
+    yield "opening", (name,)
+    yield "opening_size", (name, *opening.extents, sd)
+    if up is not None:
+        heights = opening.corners @ up - float(filled.space.corner[2])
+        low, high = max(0.0, float(heights.min())), float(heights.max())
+        yield "opening_heights", (name, low, high, sd)
+    middles = opening.places(np.insert(opening.cells, opening.along, 0, axis=1))
+    for face in filled.surface.faces:
+        if _is_within(middles, opening.lattice.axes[opening.along], face):
+            yield "opening_in", (name, str(face_names[face.index]))
+
+
+def _is_within(middles: FloatArray, along: FloatArray, face: FlatFace) -> bool:
+    """Return whether a face lies across an opening, reaches round it, and leaves it free: one of
+    cells with these middles (m, 3) through a thing along that direction (3,).
+    """
+    import shapely
+
+    across = float(along @ face.normal)
+    if abs(across) < ACROSS:
+        return False
+    # seen along the hole
+    reach = (face.middle - middles) @ face.normal / across
+    flat = face.flatten(middles + reach[:, None] * along)
+    low, high = np.array(face.polygon.bounds).reshape(2, 2)
+    if float(((flat >= low) & (flat <= high)).all(axis=1).mean()) < 1.0 - BESIDE:
+        return False  # most faces: they need not be looked at closely
+    points = shapely.points(flat)
+    around = float(shapely.covers(shapely.convex_hull(face.polygon), points).mean())
+    taken = float(shapely.covers(face.polygon, points).mean())
+    return around >= 1.0 - BESIDE and taken <= BESIDE
+
+
+def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> Iterator[Row]:
+    """Yield functors and arguments of what pieces, by their names, are along an opening's rim.
+
+    Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
+    """
+    if not pieces:
+        return
+    places = opening.places(opening.rim)
+    away = np.array([_outside(piece, places) for _, piece in pieces])
+    shares = np.bincount(away.argmin(axis=0), minlength=len(pieces)) / len(places)
+    for (piece, _), share in zip(pieces, shares.tolist(), strict=True):
+        if share >= FRAMES:
+            yield "frames", (piece, name)
+        if share >= 1.0 - BESIDE:
+            yield "opening_in", (name, piece)
+
+
+def _outside(piece: Piece, places: FloatArray) -> FloatArray:
+    """Return how far places (m, 3) lie outside of a piece's box (m,)."""
+    half = np.array([piece.length.value, piece.width.value, piece.thickness.value]) / 2.0
+    beyond = np.abs((places - piece.middle) @ piece.axes.T) - half
+    found: FloatArray = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    return found
+
+
+def hanging(pieces: Pieces, cell: float) -> NDArray[np.bool_]:
+    """Return which piece hangs from which (p, p): they touch, the second's middle is higher, and
+    without the second nothing joins the first to the ground.
+    """
+    count = len(pieces.pieces)
+    found = np.zeros((count, count), dtype=np.bool_)
+    if not count:
+        return found
+    low = np.array([piece.low for piece in pieces.pieces])
+    middle = np.array([piece.low + piece.high for piece in pieces.pieces]) / 2.0
+    ground = low < low.min() + cell
+    for holder in range(count):
+        hung = ~_joined(pieces.joins, ground & (np.arange(count) != holder), holder)
+        found[:, holder] = hung & pieces.joins[:, holder] & (middle < middle[holder]) & ~ground
+    return found
+
+
+def _joined(joins: NDArray[np.bool_], first: NDArray[np.bool_], without: int) -> NDArray[np.bool_]:
+    """Return the pieces (p,) that touch the first ones, or others that do, none of them
+    `without`.
+    """
+    reached, more = first, True
+    while more:
+        wider = reached | joins[:, reached].any(axis=1)
+        wider[without] = False
+        reached, more = wider, bool((wider != reached).any())
+    return reached
+
+
+def lying(piece: Piece, up: FloatArray) -> int:
+    """Return the axis that is square to its broad side: of those along which it is as thin within a
+    cell, as all are of a cube, the most upright one.
+    """
+    cell = piece.thickness.sd / ROUNDING
+    extents = (piece.length.value, piece.width.value, piece.thickness.value)
+    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
+    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
+
+
+def tilt(piece: Piece, up: FloatArray) -> Estimate:
+    """Return the tilt of a piece's direction or broad side, degrees from level."""
+    rise = min(1.0, abs(float(_direction(piece, up) @ up)))
+    angle = np.arcsin(rise) if piece.kind is Kind.BAR else np.arccos(rise)
+    return Estimate(float(np.rad2deg(angle)), float(np.rad2deg(_sd(piece))))
+
+
+def angles_between(
+    pieces: Sequence[Piece], up: FloatArray | None
+) -> Iterator[tuple[int, int, Estimate]]:
+    """Yield the angle between each two, by their indices, in degrees: 0 along each other, 90
+    square.
+    """
+    directions = [_direction(piece, up) for piece in pieces]
+    for i, j in permutations(range(len(pieces)), 2):
+        along = min(1.0, abs(float(directions[i] @ directions[j])))
+        # what is slender lies along a broad side where it is square to its normal
+        alike = (pieces[i].kind is Kind.BAR) == (pieces[j].kind is Kind.BAR)
+        angle = np.arccos(along) if alike else np.arcsin(along)
+        sd = float(np.hypot(_sd(pieces[i]), _sd(pieces[j])))
+        yield i, j, Estimate(float(np.rad2deg(angle)), float(np.rad2deg(sd)))
+
+
+def _direction(piece: Piece, up: FloatArray | None) -> FloatArray:
+    """Return unit vector (3,) along its length if it is slender, else square to its broad side."""
+    square = 2 if up is None else lying(piece, up)
+    direction: FloatArray = piece.axes[0 if piece.kind is Kind.BAR else square]
+    return direction
+
+
+def _sd(piece: Piece) -> float:
+    """Return the sd of a piece's direction, radians: its ends are each known to a cell."""
+    across = piece.length if piece.kind is Kind.BAR else piece.width
+    if not across.value > 0.0:
+        return float(np.pi) / 2.0
+    return float(np.arctan2(np.sqrt(2.0) * across.sd, across.value))
 
 
 def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """All facts about pieces."""
+    """Add all facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
     with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
@@ -62,7 +227,7 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def shown_pieces(scene: Scene) -> ShownPieces:
-    """The pieces of a scene by the names that facts have, to be drawn."""
+    """Return the pieces of a scene by the names that facts have, to be drawn."""
     memo = SceneMemo.of(scene)
     found = [each for _, each in _all_found(memo)]
     return ShownPieces(
@@ -87,7 +252,7 @@ class _Found:
     measured: frozenset[int]  # of all faces those that were
 
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments; `face_names` (f,) are those of all faces."""
+        """Yield functors and arguments; `face_names` (f,) are those of all faces."""
         lattice = self.filled.space.lattice
         for name, piece, box in zip(self.names, self.pieces.pieces, self._boxes, strict=True):
             yield "piece", (name,)
@@ -117,12 +282,14 @@ class _Found:
                 yield functor, (self.names[i], self.names[j])
 
     def angles(self) -> Iterator[tuple[str, str, float, float]]:
-        """The arguments of the facts about how each two pieces are turned to one another."""
+        """Yield the arguments of the facts about how each two pieces are turned to one another."""
         for one, other, angle in angles_between(self.pieces.pieces, self.up):
             yield self.names[one], self.names[other], *angle
 
     def overlaps(self) -> Iterator[tuple[str, str, float, float]]:
-        """The arguments of the facts about which share of each two pieces' plans is the other's."""
+        """Yield the arguments of the facts about which share of each two pieces' plans is the
+        other's.
+        """
         for one, other, share, sd in known_overlaps(self._boxes, self.up):
             yield self.names[one], self.names[other], share, sd
 
@@ -133,7 +300,9 @@ class _Found:
     def openings(
         self, named: Sequence[tuple[str, Opening]], face_names: Names
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments of the facts about the thing's openings, each with its name."""
+        """Yield functors and arguments of the facts about the thing's openings, each with
+        its name.
+        """
         pieces = list(zip(self.names, self.pieces.pieces, strict=True))
         for name, opening in named:
             yield "opening_of", (name, self.thing)
@@ -143,7 +312,7 @@ class _Found:
             yield "openings_known", (self.thing,)
 
     def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
-        """By functor the arguments of the facts about what lies inside, or beside, what."""
+        """Return the arguments of the facts `inside` and `beside`, by functor."""
         boxes = [*self._boxes, *(SolidBox.of_opening(opening) for _, opening in named)]
         every = [*self.names, *(name for name, _ in named)]
         found: dict[str, list[tuple[str, str, str]]] = {}
@@ -153,12 +322,15 @@ class _Found:
         return found
 
     def _heights(self, piece: Piece) -> tuple[float, float]:
-        """Its lowest and its highest point above the lowest one of its thing."""
+        """Return heights of a piece's lowest and highest point above the lowest one of its
+        thing.
+        """
         ground = float(self.filled.space.corner[2])
         return max(0.0, piece.low - ground), piece.high - ground
 
     def _hidden_extents(self, piece: Piece, box: SolidBox) -> Iterator[tuple[str, float, float]]:
-        """The extents that unseen space may change, as they were seen and if all of it is full.
+        """Yield the extents that unseen space may change, as they were seen and if all of it is
+        full.
 
         How deep a piece goes behind a face that it shows is taken as what was seen of it: only its
         length may go on there.
@@ -197,7 +369,7 @@ class _Found:
         height = self._upper_side(piece, up, side)
         level = level_at(self.filled.space, height)
         if level is not None:
-            for measure, each in level.measures():
+            for measure, each in level.measures.items():
                 yield "piece_level", (name, measure, each.value, each.sd)
                 if each.open:
                     yield "piece_unseen", (name, measure, each.if_free, each.if_full)
@@ -209,8 +381,9 @@ class _Found:
                 yield "piece_unseen", (name, "shelves_below", fewest, most)
 
     def _upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
-        """How high the side is that it turns upwards: its largest face there, or what is curved
-        halfway between its middle and its highest point, for a hollow seat is below its rim."""
+        """Return how high the side is that it turns upwards: its largest face there, or what is
+        curved halfway between its middle and its highest point, for a hollow seat is below its rim.
+        """
         faces = (face for face in self.filled.surface.faces if face.index in piece.faces)
         level = [face for face in faces if float(face.normal @ up) >= LEVEL_ENOUGH]
         if level:
@@ -221,7 +394,7 @@ class _Found:
 
 
 def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
-    """The scene and the pieces of each thing; of a scene they are numbered through."""
+    """Yield the scene and the pieces of each thing; of a scene they are numbered through."""
     counts = [0] * len(s.scenes)
     faces = (face for scene in s.scenes for face in scene.faces)
     measured = frozenset(i for i, f in enumerate(faces) if f.evidence is Evidence.MEASURED)
@@ -237,5 +410,5 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
 
 
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:
-    """Whether it is more than faces that were completed; what is curved was measured."""
+    """Return whether it is more than faces that were completed; what is curved was measured."""
     return not piece.faces or not measured.isdisjoint(piece.faces)

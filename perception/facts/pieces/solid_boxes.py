@@ -18,16 +18,6 @@ from facetlog.perception.space.openings import Opening
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "SolidBox",
-    "beside",
-    "heights",
-    "inside",
-    "known_of_two",
-    "known_overlaps",
-    "plan_overlap",
-]
-
 # Two stand beside each other where both take this share of the height of the lower one ...
 ABREAST = 0.5
 # ... and no more than this share of the smaller one's plan is over or under the other.
@@ -67,21 +57,23 @@ class SolidBox:
 
     @classmethod
     def of_piece(cls, piece: Piece, space: Space) -> Self:
-        """That of a piece in its thing's space."""
+        """Return the box of a piece in its thing's space."""
         extents = (piece.length.value, piece.width.value, piece.thickness.value)
         box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, np.zeros((3, 2)))
         return replace(box, reaches=_unseen_beyond(box, space)) if space.unseen else box
 
     @classmethod
     def of_opening(cls, opening: Opening) -> Self:
-        """That of an opening: its ends lie within its rim, which was seen."""
+        """Return the box of an opening: its ends lie within its rim, which was seen."""
         lattice = opening.lattice
         low, high = (each * lattice.cell + lattice.corner for each in (opening.low, opening.high))
         middle: FloatArray = (low + high) / 2.0 @ lattice.axes
         return cls(middle, lattice.axes, (high - low) / 2.0, lattice.cell, np.zeros((3, 2)))
 
     def at(self, places: FloatArray) -> FloatArray:
-        """Places (n, 3) in the scene's frame, from such in its half extents: -1 to 1 each way."""
+        """Return places (n, 3) in the scene's frame, from such in its half extents: -1 to 1 each
+        way.
+        """
         found: FloatArray = self.middle + (places * self.half) @ self.axes
         return found
 
@@ -94,7 +86,9 @@ class SolidBox:
 
 
 def _unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
-    """How far (3, 2) from each side most of what lies right before it is unseen all the way."""
+    """Return how far (3, 2) from each side most of what lies right before it is unseen all
+    the way.
+    """
     found = np.zeros((3, 2))
     for axis, side in product(range(3), range(2)):
         sense = 2.0 * side - 1.0
@@ -111,7 +105,7 @@ def _unseen_beyond(box: SolidBox, space: Space) -> FloatArray:
 
 
 def inside(boxes: Sequence[SolidBox]) -> Related:
-    """Which box lies within which (n, n), but for a little at each side."""
+    """Return which box lies within which (n, n), but for a little at each side."""
     ends = np.concatenate([box.at((1.0 - 2.0 * BEYOND) * _ENDS) for box in boxes])
     found = np.zeros((len(boxes), len(boxes)), dtype=np.bool_)
     for number, box in enumerate(boxes):
@@ -121,8 +115,8 @@ def inside(boxes: Sequence[SolidBox]) -> Related:
 
 
 def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
-    """Which box stands beside which (n, n) along up (3,): they are about as high above the ground,
-    and neither is over or under the other.
+    """Return which box stands beside which (n, n) along up (3,): they are about as high above the
+    ground, and neither is over or under the other.
     """
     low, high = np.array([heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
@@ -134,8 +128,9 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
 def plan_overlap(
     boxes: Sequence[SolidBox], up: FloatArray, ends: float = 0.0, shift: Sequence[float] = (0, 0)
 ) -> FloatArray:
-    """Which share (n, n) of the smaller one's plan along up (3,) lies over or under the other's, if
-    each end lies so many cells further out, and the other so many further along both axes.
+    """Return which share (n, n) of the smaller one's plan along up (3,) lies over or under the
+    other's, if each end lies so many cells further out, and the other so many further along both
+    axes.
     """
     import shapely  # loaded only now: few models ask for it
 
@@ -155,13 +150,13 @@ def plan_overlap(
 
 
 def heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
-    """From where to where along up (3,) it reaches; half a cell more each way, as it is known."""
+    """Return the lowest and highest reach along up (3,), half a cell wider, as it is known."""
     ends = box.at(_ENDS) @ up
     return float(ends.min()) - box.cell / 2.0, float(ends.max()) + box.cell / 2.0
 
 
 def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
-    """Points (8, 2) of its plan, with each end so many cells further out."""
+    """Return points (8, 2) of its plan, with each end so many cells further out."""
     least = replace(box, half=np.maximum(box.half + ends * box.cell, THIN * box.cell))
     first = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     first /= np.linalg.norm(first)
@@ -172,8 +167,8 @@ def _plan(box: SolidBox, up: FloatArray, ends: float) -> FloatArray:
 def known_of_two(
     boxes: Sequence[SolidBox], up: FloatArray | None
 ) -> Iterator[tuple[str, int, int, bool]]:
-    """What is known of each two boxes, by their indices: `inside` or `beside`, and whether it is
-    so. What hangs on unseen space is left out, and so is, without up, what stands beside what.
+    """Yield the known relations of each two boxes, by indices: `inside` or `beside`, and whether it
+    is so. What hangs on unseen space is left out, and so is, without up, what stands beside what.
     """
     if len(boxes) < 2:
         return
@@ -192,9 +187,9 @@ def known_of_two(
 def known_overlaps(
     boxes: Sequence[SolidBox], up: FloatArray | None
 ) -> Iterator[tuple[int, int, float, float]]:
-    """Of each two boxes, by their indices, the share of the smaller one's plan that lies over or
-    under the other's, with its standard deviation; nothing without up, and where unseen space makes
-    a difference.
+    """Yield for each two boxes, by their indices, the share of the smaller one's plan that lies
+    over or under the other's, with its standard deviation; nothing without up, and where unseen
+    space makes a difference.
     """
     if up is None or len(boxes) < 2:
         return
@@ -216,7 +211,9 @@ def known_overlaps(
 def _both_ways(
     boxes: Sequence[SolidBox],
 ) -> tuple[list[SolidBox], NDArray[np.intp], NDArray[np.intp]]:
-    """The boxes as they were found and as far as they may reach; of each the index of both."""
+    """Return the boxes as they were found and as far as they may reach; of each the index
+    of both.
+    """
     on = [i for i, box in enumerate(boxes) if box.reaches.any()]
     least, most = np.arange(len(boxes)), np.arange(len(boxes))
     most[on] = len(boxes) + np.arange(len(on))

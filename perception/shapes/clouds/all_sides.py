@@ -6,11 +6,66 @@ cloud of all sides has hidden surface from every direction, for solids about hal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.shapes.clouds.lines_of_sight import MOST_PLACES
+from facetlog.perception.space.empty_shells import is_empty_shell
+from facetlog.perception.space.flooding import OPEN_SHARE
 from facetlog.perception.types import FloatArray
 
-__all__ = ["covers_all_sides", "even_directions", "least_hidden"]
+# A room, too, goes all round the sensor. It is told from a thing by what stands in it. Of a shell
+# in which nothing stands nothing tells which it is: an empty room and a carton differ in size
+# alone. It counts as a thing.
+
+# Directions that are looked along, 20 degrees apart: a thing is closed in those in which it has
+# points.
+WAYS_ROUND = 96
+
+
+def things_round_a_sensor(
+    points: FloatArray,
+    bodies: NDArray[np.intp],
+    seen_from: FloatArray | None,
+    up: FloatArray | None,
+) -> tuple[int, ...]:
+    """Return the numbers of the things that go round a place from which points (n, 3) were seen.
+
+    `bodies` (n,) is the object of each, -1 for none; `seen_from` (n, 3) as of a Cloud. The ground
+    closes a thing below where `up` (3,) is known.
+    """
+    if seen_from is None:
+        return ()
+    known = np.isfinite(seen_from).all(axis=1)
+    places = np.unique(seen_from[known], axis=0)
+    if len(places) > MOST_PLACES:
+        return ()
+    found = []
+    for body in range(int(bodies.max(initial=-1)) + 1):
+        own = points[bodies == body]
+        low, high = own.min(axis=0), own.max(axis=0)
+        within = places[((places > low) & (places < high)).all(axis=1)]
+        if any(_goes_round(own, points, place, up) for place in within):
+            found.append(body)
+    return tuple(found)
+
+
+def _goes_round(
+    own: FloatArray, points: FloatArray, place: FloatArray, up: FloatArray | None
+) -> bool:
+    """Return whether a thing, of its `own` points (k, 3) of all, and no room, goes round a
+    place.
+    """
+    rays = own - place
+    ways = rays / np.maximum(np.linalg.norm(rays, axis=1), 1e-300)[:, None]
+    directions = even_directions(WAYS_ROUND)
+    asked = np.ones(len(directions), dtype=bool) if up is None else directions @ up > 0.0
+    closed = np.zeros(len(directions), dtype=bool)
+    closed[cKDTree(directions).query(ways)[1]] = True
+    if not asked.any() or float((~closed[asked]).mean()) > OPEN_SHARE:
+        return False
+    return is_empty_shell(own, points, place)
+
 
 # Directions to look along, each from both ends: none is further than 15 degrees from one of them.
 DIRECTIONS = 48
@@ -28,12 +83,15 @@ HIDDEN_SHARE = 0.01
 
 
 def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> bool:
-    """Whether more of points (n, 3) is hidden from every direction than in a view from one side."""
+    """Return whether more of points (n, 3) is hidden from every direction than in a view from one
+    side.
+    """
     return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
 
 
 def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
-    """The share of points (n, 3) hidden behind others, from the direction where it is smallest.
+    """Return the share of points (n, 3) hidden behind others, from the direction where it is
+    smallest.
 
     `noise` is the sd of a point off its surface, `spacing` the typical distance between points.
     """
@@ -48,7 +106,9 @@ def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
 
 
 def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
-    """So many unit vectors (count, 3) evenly over the sphere above a height: points of a spiral."""
+    """Return `count` unit vectors (count, 3) evenly over the sphere above a height, along a
+    spiral.
+    """
     nth = np.arange(count)
     height = lowest + (1.0 - lowest) * (nth + 0.5) / count
     radius = np.sqrt(1.0 - height**2)
@@ -57,7 +117,7 @@ def even_directions(count: int, lowest: float = -1.0) -> FloatArray:
 
 
 def _hidden(points: FloatArray, way: FloatArray, width: float, gap: float) -> tuple[float, float]:
-    """Shares of points hidden when seen along the direction `way`, and against it."""
+    """Return shares of points hidden when seen along the direction `way`, and against it."""
     flat = points @ plane_axes(way, np.roll(way, 1)).T
     cells = np.floor((flat - flat.min(axis=0)) / width).astype(np.int64)
     cell = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]

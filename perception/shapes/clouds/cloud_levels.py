@@ -17,8 +17,6 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
 
-__all__ = ["levels_by_height"]
-
 # Heights are counted in bins of this share of the noise, and the counts smoothed by the noise.
 BIN_SHARE = 0.5
 # A level's points are within so many sd of its height, ...
@@ -54,7 +52,7 @@ KNOWN_SHARE = 0.5
 def levels_by_height(
     points: FloatArray, up: FloatArray, known: NDArray[np.bool_], *, noise: float, spacing: float
 ) -> Iterator[NDArray[np.intp]]:
-    """Rows of points (n, 3) on each level that faces up, those of most points first.
+    """Yield rows of points (n, 3) on each level that faces up, those of most points first.
 
     `known` (n,) are points of faces that look up: what is mostly of these is left out. `up` is a
     unit vector, `noise` the sd of a point off its surface, `spacing` the typical distance between
@@ -88,13 +86,16 @@ def levels_by_height(
 
 
 def _inner(part: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Columns of a part away from its rim, over which one sees past it; all if no other is left."""
+    """Return columns of a part away from its rim, over which one sees past it; all if no other is
+    left.
+    """
     inner = ndimage.binary_erosion(part, iterations=RIM)
     return inner if inner.any() else part
 
 
 def _sight(points: FloatArray, up: FloatArray, gaps: FloatArray, ways: FreeWays) -> float:
-    """Share of directions that are free half-way up from points (n, 3), all where gaps are inf.
+    """Return share of directions that are free half-way up from points (n, 3), all where gaps are
+    inf.
 
     Into a gap narrower than two cubes the grid does not see.
     """
@@ -120,7 +121,7 @@ class _Columns:
 
     @classmethod
     def of(cls, points: FloatArray, up: FloatArray, width: float) -> "_Columns":
-        """Columns so wide through points (n, 3)."""
+        """Return columns so wide through points (n, 3)."""
         height = points @ up
         plan = points @ plane_axes(up, np.roll(up, 1)).T
         places = np.floor((plan - plan.min(axis=0)) / width).astype(np.intp)
@@ -130,17 +131,17 @@ class _Columns:
         return cls(height, column, shape, np.argsort(height, kind="stable"), taken)
 
     def between(self, low: float, high: float) -> NDArray[np.intp]:
-        """Rows, ascending by height, of the points from `low` up to below `high`."""
+        """Return rows, ascending by height, of the points from `low` up to below `high`."""
         first, last = np.searchsorted(self.height, [low, high], sorter=self.order)
         rows: NDArray[np.intp] = self.order[first:last]
         return rows
 
     def counts(self, rows: NDArray[np.intp]) -> NDArray[np.intp]:
-        """How many of some points are in each column."""
+        """Return how many of some points are in each column."""
         return np.bincount(self.column[rows], minlength=self.shape[0] * self.shape[1])
 
     def lowest_from(self, low: float) -> FloatArray:
-        """The height at which there is surface from `low` on, in a column or one next to it.
+        """Return the height at which there is surface from `low` on, in a column or one next to it.
 
         It is inf where there is none: in one column alone points may be missing by chance.
         """
@@ -155,7 +156,9 @@ class _Columns:
 
 
 def _heights(height: FloatArray, step: float) -> list[float]:
-    """Heights at which more points are than right above and below, those of most points first."""
+    """Return heights at which more points are than right above and below, those of most points
+    first.
+    """
     low = float(height.min())
     bins = np.floor((height - low) / step).astype(np.intp)
     # empty bins at both ends, so that the highest and the lowest can be peaks
@@ -166,7 +169,7 @@ def _heights(height: FloatArray, step: float) -> list[float]:
 
 
 def _parts(level: NDArray[np.bool_], least: float) -> Iterator[NDArray[np.bool_]]:
-    """Connected parts of a plan with so many columns at least."""
+    """Yield the connected parts of a plan with so many columns at least."""
     filled = ndimage.binary_closing(np.pad(level, 1), CROSS)[1:-1, 1:-1] | level
     broad = ndimage.binary_opening(filled, BLOCK)
     labels, count = ndimage.label(broad, np.ones((3, 3)))

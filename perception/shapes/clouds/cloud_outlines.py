@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+from scipy import ndimage
+from scipy.spatial import Delaunay, KDTree, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.polygons import find_intersection
-from facetlog.perception.shapes.clouds.alpha_shape import covered_area
+from facetlog.perception.polygons import find_intersection, join_triangles
 from facetlog.perception.shapes.clouds.cloud_planes import CloudPlane, CloudPlanes
 from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
 from facetlog.perception.shapes.clouds.straight_sides import (
@@ -23,7 +23,107 @@ from facetlog.perception.shapes.clouds.straight_sides import (
 )
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Outline", "cloud_outlines"]
+# Random points leave an empty disc of 2.2 times their spacing once in e^15 (π 2.2²).
+ALPHA = 2.2
+# More points than this make no better outline, only a slower one; the spacing grows with the gap.
+MOST_POINTS = 6000
+# Whiskers and cracks narrower than twice this, in spacings, are the triangulation's own.
+CLEARED = 1.0
+# Holes must be this wide, in spacings, to be holes and not chance.
+HOLE = 4.0
+# Pieces with less than this share of the largest one's area are scatter.
+PIECE_SHARE = 0.05
+# Noise of less than this many spacings moves no rim by more than its own jaggedness.
+LEAST_NOISE = 0.5
+# Density is smoothed by the noise, by so many spacings at least (28 points: good to a fifth), in
+# bins of a share of that, and compared with its mean over twice that.
+LEAST_SMOOTHING, DENSITY_BIN, AROUND = 1.5, 0.5, 2.0
+# A face of more bins, a thousand widths across, is changed by noise at its rim by less than .2 %.
+MOST_BINS = 4_000_000
+# At a straight rim blurred by noise density is half that of the inside, and so much of the mean
+# around (.5 / .8, by integration).
+RIM_DENSITY = 0.62
+# Points and corners are put on a grid this fine, in spacings. Without one the overlay of two areas
+# can fail where sides all but touch (GEOS rounds onto the grid soundly), and the corners that it
+# leaves on a side would come from the last digits of the points, which differ by processor.
+GRID = 1e-6
+
+
+def covered_area(
+    flat: FloatArray, spacing: FloatArray, noise: float = 0.0
+) -> tuple[tuple[shapely.Polygon, ...], float]:
+    """Return polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
+
+    `spacing` (n,) is the side of the square that each point has to itself, `noise` the sd of a
+    point. There are none where the points are on one line.
+    """
+    if len(flat) > MOST_POINTS:
+        kept = np.random.default_rng(0).permutation(len(flat))[:MOST_POINTS]
+        flat, spacing = flat[kept], spacing[kept] * np.sqrt(len(flat) / MOST_POINTS)
+    typical = float(np.median(spacing))
+    if not typical > 0.0:
+        return (), typical
+    if noise > LEAST_NOISE * typical:
+        dense = _is_dense(flat, max(noise, LEAST_SMOOTHING * typical))
+        flat, spacing = flat[dense], spacing[dense]
+    # of a power of two all multiples are exact
+    step = float(np.exp2(np.floor(np.log2(GRID * typical))))
+    flat, typical = np.rint(flat / step) * step, float(np.rint(typical / step)) * step
+    try:
+        triangles = Delaunay(flat).simplices
+    except (QhullError, ValueError):
+        return (), typical
+    # A point that is sparse by its neighbourhood's chance must not let a real gap be bridged.
+    reach = ALPHA * np.minimum(spacing, 2.0 * typical)[triangles].mean(axis=1)
+    kept_triangles = flat[triangles[_circumradius(flat[triangles]) <= reach]]
+    if not len(kept_triangles):
+        return (), typical
+    whole = join_triangles(kept_triangles)
+    width = CLEARED * typical
+    closed = whole.buffer(width, join_style="mitre").buffer(-width, join_style="mitre")
+    opened = closed.buffer(-width, join_style="mitre").buffer(width, join_style="mitre")
+    both = find_intersection(opened, closed, grid_size=GRID * typical)
+    pieces = [p for p in shapely.get_parts(both) if p.geom_type == "Polygon"]
+    pieces = [_without_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
+    pieces.sort(key=lambda piece: -piece.area)
+    return tuple(p for p in pieces if p.area >= PIECE_SHARE * pieces[0].area), typical
+
+
+def _is_dense(flat: FloatArray, width: float) -> NDArray[np.bool_]:
+    """Return whether there are as many points at each of points (n, 2) as within a blurred rim,
+    (n,).
+
+    Noise carries points 3 sd beyond a face, and along another plane that passes through it; there
+    are less than half as many there as on the face. `width` is what density is smoothed by.
+    """
+    scaled = (flat - flat.min(axis=0)) / (DENSITY_BIN * width)
+    if np.prod(scaled.max(axis=0) + 1.0) > MOST_BINS:
+        return np.ones(len(flat), dtype=np.bool_)
+    bins = np.floor(scaled).astype(np.intp)
+    counts = np.zeros(bins.max(axis=0) + 1)
+    np.add.at(counts, tuple(bins.T), 1.0)
+    density = ndimage.gaussian_filter(counts, 1.0 / DENSITY_BIN, mode="constant")
+    sums, squares = (
+        ndimage.gaussian_filter(each, AROUND / DENSITY_BIN, mode="constant")
+        for each in (density, density**2)
+    )
+    dense: NDArray[np.bool_] = (density * sums >= RIM_DENSITY * squares)[tuple(bins.T)]
+    return dense
+
+
+def _circumradius(triangles: FloatArray) -> FloatArray:
+    """Return radii (n,) of the circles through corners (n, 3, 2): r = abc / (4 area)."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    (ax, ay), (bx, by) = np.moveaxis(triangles[:, 1:] - triangles[:, :1], (1, 2), (0, 1))
+    twice = np.abs(ax * by - ay * bx)
+    radius: FloatArray = sides.prod(axis=1) / np.maximum(2.0 * twice, 1e-300)
+    return radius
+
+
+def _without_pinholes(polygon: shapely.Polygon, width: float) -> shapely.Polygon:
+    holes = [r for r in polygon.interiors if not shapely.Polygon(r).buffer(-width / 2.0).is_empty]
+    return shapely.Polygon(polygon.exterior, holes)
+
 
 # A side lies where two planes meet if both have points within so many spacings of that line: the
 # last row of points, one more, and one that was dealt to nobody.
@@ -105,7 +205,9 @@ class _Neighbours:
         )
 
     def snapped(self, line: SideLine, own: int, frame: _Frame, spacing: float) -> SideLine:
-        """The side moved to where its plane meets another's, if it lies there; else as it is."""
+        """Return the side moved to where its plane meets another's, if it lies there; else as it
+        is.
+        """
         slopes = self.normals @ frame.axes.T
         sines = np.linalg.norm(slopes, axis=1)
         sines[own] = 0.0
@@ -139,7 +241,7 @@ class _Neighbours:
 def cloud_outlines(
     points: FloatArray, found: CloudPlanes, *, first: int = 0
 ) -> tuple[Outline, ...]:
-    """Outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
+    """Return outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
 
     A plane whose points lie in several pieces has one for each; points outside all pieces, and
     planes whose points cover no area, have none.
@@ -179,7 +281,8 @@ def _pieces(
 def _sound(
     outline: FloatArray, holes: Sequence[FloatArray], area: shapely.Polygon, spacing: float
 ) -> shapely.Polygon:
-    """The polygon of straight sides if it is valid and covers the area; else the simplified area.
+    """Return the polygon of straight sides if it is valid and covers the area; else the simplified
+    area.
 
     Where sides moved onto one another, those of the outline alone may still do.
     """
@@ -199,7 +302,9 @@ def _ring(
     *,
     is_hole: bool = False,
 ) -> FloatArray:
-    """Corners (k, 2) of one ring, counter-clockwise; fewer than 3 where nothing is left of it."""
+    """Return corners (k, 2) of one ring, counter-clockwise; fewer than 3 where nothing is left of
+    it.
+    """
     around = shapely.geometry.polygon.orient(shapely.Polygon(ring))
     lines = side_lines(shapely.get_coordinates(around.exterior), spacing, inwards=is_hole)
     lines = tuple(neighbours.snapped(line, nth, frame, spacing) for line in lines)

@@ -18,10 +18,8 @@ from facetlog.perception.shapes.clouds.neighbourhoods import (
     k_nearest,
     neighbourhoods,
 )
-from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions
+from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions, width_along
 from facetlog.perception.types import FloatArray
-
-__all__ = ["CloudPlane", "CloudPlanes", "cloud_planes", "least_squares_plane"]
 
 # Fewer points have no meaningful neighbourhood.
 LEAST_POINTS = 8
@@ -88,7 +86,8 @@ class CloudPlanes:
 
 
 def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plane, float]:
-    """Total-least-squares plane through points (n, 3), n > 3, with its covariance, and the rms.
+    """Return the total-least-squares plane through points (n, 3), n > 3, with its covariance, and
+    the rms.
 
     With middle c, in-plane axes u, v and variances λu, λv along them, the slopes have the variance
     σ² / (n λ) and the height at c has σ² / n. Where the errors of neighbouring points are
@@ -114,7 +113,9 @@ def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plan
 
 
 def _shared_error(x: FloatArray, y: FloatArray, height: FloatArray, variance: float) -> float:
-    """How many times more the means of heights over blocks vary than independent errors' do."""
+    """Return how many times more the means of heights over blocks vary than independent
+    errors' do.
+    """
     cells = np.zeros(len(x), dtype=np.intp)
     for values in (x, y):
         low, extent = values.min(), max(float(np.ptp(values)), 1e-300)
@@ -131,7 +132,7 @@ def _shared_error(x: FloatArray, y: FloatArray, height: FloatArray, variance: fl
 
 
 def cloud_planes(points: FloatArray) -> CloudPlanes:
-    """All planes of points (n, 3); without any where the points are too few or nowhere flat.
+    """Return all planes of points (n, 3); without any where the points are too few or nowhere flat.
 
     The points left by the first planes are searched again on their own: neighbourhoods on a narrow
     face reach beyond it until its surroundings are removed. Then with smaller neighbourhoods.
@@ -160,7 +161,8 @@ def cloud_planes(points: FloatArray) -> CloudPlanes:
 def _one_pass(
     points: FloatArray, near: Neighbourhoods, nearest: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Number of the plane of each point (n,), -1: none, and whether it is on a curved surface.
+    """Return the number of the plane of each point (n,), -1: none, and whether it is on a curved
+    surface.
 
     `nearest` (n, k) are the nodes nearest to each point.
     """
@@ -327,7 +329,7 @@ def _noise_at_nodes(
 def _nodes_at_rim(
     rim: FloatArray, points: FloatArray, near: Neighbourhoods, labels: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Nearest nodes (r, k) with a label, -1 where they are too far, of points (r, 3)."""
+    """Return nearest nodes (r, k) with a label, -1 where they are too far, of points (r, 3)."""
     labelled = np.flatnonzero(labels >= 0)
     if not len(labelled) or not len(rim):
         return np.full((len(rim), 1), -1)
@@ -338,27 +340,24 @@ def _nodes_at_rim(
 
 
 def _members(owner: NDArray[np.intp], count: int) -> list[NDArray[np.intp]]:
-    """Rows of each owner from 0, ascending."""
+    """Return rows of each owner from 0, ascending."""
     order = np.argsort(owner, kind="stable")  # what is of none comes first
     bounds = np.searchsorted(owner[order], np.arange(count + 1))
     return [order[a:b] for a, b in pairwise(bounds.tolist())]
 
 
 def _fitted(points: FloatArray, owner: NDArray[np.intp], noise: float, count: int) -> FloatArray:
-    """(normal, offset, sd) of each owner's points, (count, 5); sd 0 where they are too few."""
+    """Return (normal, offset, sd) of each owner's points, (count, 5); sd 0 where they are
+    too few.
+    """
     fits = np.zeros((count, 5))
     for nth, rows in enumerate(_members(owner, count)):
         if len(rows) > LEAST_MEMBERS:
             plane, rms = least_squares_plane(points[rows])
             # outliers must not widen their own gate beyond that of a warped sheet
-            warped = max(2.0 * noise, WARP / 2.0 * _width(points[rows]))
+            warped = max(2.0 * noise, WARP / 2.0 * width_along(points[rows]))
             fits[nth] = (*plane.normal, plane.offset, np.clip(rms, 0.5 * noise, warped))
     return fits
-
-
-def _width(points: FloatArray) -> float:
-    """The narrower extent of points (n, 3) along their plane, as that of an even rectangle."""
-    return float(np.sqrt(12.0 * max(float(np.linalg.eigvalsh(np.cov(points.T))[1]), 0.0)))
 
 
 def _dealt(
@@ -368,7 +367,7 @@ def _dealt(
     planes: FloatArray,
     noise: FloatArray,
 ) -> NDArray[np.intp]:
-    """For each point the nearest, in sd, of the planes of nodes; -1 where none is in reach.
+    """Return for each point the nearest, in sd, of the planes of nodes; -1 where none is in reach.
 
     `nearest` (n, k) are the nodes, -1 for none; `labels` number their planes, the last being -1;
     `noise` (m,) is the sd of a point off a node's plane at least.
@@ -397,14 +396,14 @@ def _numbered(
     near: Neighbourhoods,
     nearest: NDArray[np.intp],
 ) -> CloudPlanes:
-    """The planes with enough points, largest first, back in the cloud's own frame."""
+    """Return the planes with enough points, largest first, back in the cloud's own frame."""
     every = _members(owner, int(owner.max(initial=-1)) + 1)
     groups = [rows for rows in every if len(rows) >= LEAST_MEMBERS]
     rounding = near.noise * 1e-3
     kept: list[CloudPlane] = []
     numbers = np.full(len(points), -1)
     for rows in sorted(groups, key=lambda rows: (-len(rows), int(rows[0]))):
-        if _width(points[rows]) < LEAST_WIDTH * near.noise:
+        if width_along(points[rows]) < LEAST_WIDTH * near.noise:
             continue
         plane, rms = least_squares_plane(points[rows] + centre, rounding)
         numbers[rows] = len(kept)

@@ -12,8 +12,6 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.space.empty_shells import is_empty_shell
 from facetlog.perception.types import FloatArray
 
-__all__ = ["OuterSides", "Surroundings", "outer_sides"]
-
 # Points further from a plane than this many sd are not on it.
 OFF_PLANE_SDS = 4.0
 # Rays run through cells so many spacings wide: of points at random one cell in 500 is empty.
@@ -84,19 +82,22 @@ def outer_sides(
     which rays go further before they meet other surface; the side with less of the same object;
     up; away from the middle. Regions `around` all things, as a floor, look towards them.
     """
-    members = [np.flatnonzero(about.owner == number) for number in range(len(planes))]
+    faces = [
+        _Face(number, np.flatnonzero(about.owner == number), plane, about)
+        for number, plane in enumerate(planes)
+    ]
     free = np.zeros(len(planes), dtype=np.intp)
     seen, by_normals = free.copy(), free.copy()
     inwards = free.copy()
-    for number, (plane, rows) in enumerate(zip(planes, members, strict=True)):
+    for number, face in enumerate(faces):
         if number in around:
-            inwards[number] = 1 if float(plane.distance(about.points).mean()) > 0.0 else -1
-        elif len(rows):
-            free[number] = _freer_side(number, rows, plane, about)
-        if len(rows):
-            seen[number] = _seen_side(number, rows, plane, about)
-            by_normals[number] = _side_of_normals(rows, plane, about)
-    weights = np.array([len(rows) for rows in members])
+            inwards[number] = 1 if float(face.plane.distance(about.points).mean()) > 0.0 else -1
+        elif len(face.rows):
+            free[number] = face.freer_side()
+        if len(face.rows):
+            seen[number] = face.seen_side()
+            by_normals[number] = face.side_of_normals()
+    weights = np.array([len(face.rows) for face in faces])
     is_place_wrong = False
     # where the normals of a floor look down, the others may, too
     wrong = set(body_of) if (inwards * by_normals < 0).any() else set[int]()
@@ -114,14 +115,15 @@ def outer_sides(
     signs = np.where(seen != 0, seen, np.where(by_normals != 0, by_normals, free))
     signs = np.where(inwards != 0, inwards, signs)
     for number in np.flatnonzero(signs == 0).tolist():
-        signs[number] = _likelier_side(number, members[number], planes[number], about, up)
+        signs[number] = faces[number].likelier_side(up)
     return OuterSides(signs, bool(is_place_wrong), tuple(wrong))
 
 
 def _agreement(
     stated: NDArray[np.intp], free: NDArray[np.intp], weights: NDArray[np.intp]
 ) -> bool | None:
-    """Whether the sides stated of an object's `own` regions agree with free space; None: unknown.
+    """Return whether the sides stated of an object's `own` regions agree with free space; None:
+    unknown.
 
     Walls of a room are seen from inside, although there is more free space behind them.
     """
@@ -134,7 +136,8 @@ def _agreement(
 
 
 def _is_room(body: int, about: Surroundings) -> bool:
-    """Whether an object is the walls round another, or round a sensor that something stands near.
+    """Return whether an object is the walls round another, or round a sensor that something stands
+    near.
 
     Only what lies within its convex hull tells walls from the outside of a thing.
     """
@@ -159,99 +162,107 @@ def _is_room(body: int, about: Surroundings) -> bool:
     return any(not is_empty_shell(own, about.points, place) for place in within)
 
 
-def _seen_side(region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """The side that most points of a face were seen from; 0 where that is not known."""
-    if about.seen_from is None:
-        return 0
-    rows = members[np.isfinite(about.seen_from[members]).all(axis=1)]
-    if len(rows) < SEEN_SHARE * len(members):
-        return 0
-    places, points = about.seen_from[rows], about.points[rows]
-    height, away = plane.distance(places), np.linalg.norm(places - points, axis=1)
-    # how far off the plane lines of sight pass from end to end of the face
-    turn = np.abs(height) / np.maximum(away, 1e-300)
-    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    least = EDGE_ON_SPACINGS * about.spacing + OFF_PLANE_SDS * float(about.noise[region])
-    clear = turn * extent > least
-    return _sign_of(float((np.sign(height) * clear).mean()))
-
-
-def _side_of_normals(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """The side that the file's normals look to; 0 where they do not agree."""
-    if about.normals is None:
-        return 0
-    along = about.normals[members] @ plane.normal
-    known = along[about.normals[members].any(axis=1)]
-    return _sign_of(float(known.mean())) if len(known) else 0
-
-
 def _sign_of(mean: float) -> int:
     return 0 if abs(mean) < AGREEMENT else 1 if mean > 0.0 else -1
 
 
-def _freer_side(region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """The side from which rays go clearly further before they meet other surface; 0 if none."""
-    paths = _free_paths(region, members, plane, about)
-    # a ray that meets nothing is as long as the whole cloud
-    longest = float(np.linalg.norm(np.ptp(about.points, axis=0)))
-    ahead, back = (np.minimum(path, longest).mean() for path in paths)
-    if ahead > CLEARLY_FREE * back:
-        return 1
-    return -1 if back > CLEARLY_FREE * ahead else 0
+@dataclass(frozen=True, eq=False, slots=True)
+class _Face:
+    """A region of a cloud, the `rows` of its points, and its plane."""
 
+    region: int
+    rows: NDArray[np.intp]
+    plane: Plane
+    about: Surroundings
 
-def _likelier_side(
-    region: int,
-    members: NDArray[np.intp],
-    plane: Plane,
-    about: Surroundings,
-    up: FloatArray | None,
-) -> int:
-    """The side with less of the same object, else the upper one, else away from the middle."""
-    sign = _emptier_side(region, members, plane, about) if len(members) else 1
-    if not sign and up is not None:
-        sign = int(np.sign(np.round(float(plane.normal @ up), 1)))
-    if not sign:
-        middle = about.points.mean(axis=0)
-        sign = 1 if float(plane.distance(middle)) <= 0.0 else -1
-    return sign
+    @property
+    def off(self) -> float:
+        """Points farther than this from the plane are not on it."""
+        return OFF_PLANE_SDS * float(self.about.noise[self.region])
 
+    def seen_side(self) -> int:
+        """Return the side that most points were seen from; 0 where that is not known."""
+        seen_from = self.about.seen_from
+        if seen_from is None:
+            return 0
+        rows = self.rows[np.isfinite(seen_from[self.rows]).all(axis=1)]
+        if len(rows) < SEEN_SHARE * len(self.rows):
+            return 0
+        places, points = seen_from[rows], self.about.points[rows]
+        height, away = self.plane.distance(places), np.linalg.norm(places - points, axis=1)
+        # how far off the plane lines of sight pass from end to end of the face
+        turn = np.abs(height) / np.maximum(away, 1e-300)
+        extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        clear = turn * extent > EDGE_ON_SPACINGS * self.about.spacing + self.off
+        return _sign_of(float((np.sign(height) * clear).mean()))
 
-def _free_paths(
-    region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings
-) -> tuple[FloatArray, FloatArray]:
-    """Lengths of rays from cells of the face to other surface, before and behind it; inf: none."""
-    points = about.points
-    axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
-    width = CELL_SPACINGS * about.spacing
-    own = points[members] @ axes.T
-    low, high = own.min(axis=0), own.max(axis=0)
-    shape = np.floor((high - low) / max(width, 1e-300)).astype(np.intp) + 1
-    height = plane.distance(points)
-    rest = (about.owner != region) & (np.abs(height) > OFF_PLANE_SDS * about.noise[region])
-    flat = points[rest] @ axes.T
-    over = ((flat >= low) & (flat <= high)).all(axis=1)
-    cells = np.floor((flat[over] - low) / max(width, 1e-300)).astype(np.intp) @ [shape[1], 1]
-    above = height[rest][over]
-    used = np.unique(np.floor((own - low) / max(width, 1e-300)).astype(np.intp) @ [shape[1], 1])
-    paths = []
-    for sign in (1.0, -1.0):
-        nearest = np.full(int(shape.prod()), np.inf)
-        way = sign * above > 0.0
-        np.minimum.at(nearest, cells[way], np.abs(above[way]))
-        paths.append(nearest[used])
-    return paths[0], paths[1]
+    def side_of_normals(self) -> int:
+        """Return the side that the file's normals look to; 0 where they do not agree."""
+        if self.about.normals is None:
+            return 0
+        own = self.about.normals[self.rows]
+        known = (own @ self.plane.normal)[own.any(axis=1)]
+        return _sign_of(float(known.mean())) if len(known) else 0
 
+    def freer_side(self) -> int:
+        """Return the side from which rays go clearly further before they meet other surface; 0 if
+        none.
+        """
+        paths = self._free_paths()
+        # a ray that meets nothing is as long as the whole cloud
+        longest = float(np.linalg.norm(np.ptp(self.about.points, axis=0)))
+        ahead, back = (np.minimum(path, longest).mean() for path in paths)
+        if ahead > CLEARLY_FREE * back:
+            return 1
+        return -1 if back > CLEARLY_FREE * ahead else 0
 
-def _emptier_side(region: int, members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """Sign of the side with less of the face's own object; 0 where both have about as much."""
-    body = np.bincount(about.bodies[members] + 1).argmax() - 1
-    rest = (about.bodies == body) & (about.owner != region) & (body >= 0)
-    height = plane.distance(about.points[rest])
-    height = height[np.abs(height) > OFF_PLANE_SDS * about.noise[region]]
-    if not len(height):
-        return 0
-    behind = float((height < 0.0).mean())
-    if behind >= BEHIND_SHARE:
-        return 1
-    return -1 if behind <= 1.0 - BEHIND_SHARE else 0
+    def likelier_side(self, up: FloatArray | None) -> int:
+        """Return the side with less of the same object, else the upper one, else away from the
+        middle.
+        """
+        sign = self._emptier_side() if len(self.rows) else 1
+        if not sign and up is not None:
+            sign = int(np.sign(np.round(float(self.plane.normal @ up), 1)))
+        if not sign:
+            middle = self.about.points.mean(axis=0)
+            sign = 1 if float(self.plane.distance(middle)) <= 0.0 else -1
+        return sign
+
+    def _free_paths(self) -> tuple[FloatArray, FloatArray]:
+        """Return lengths of rays from cells of the face to other surface, before and behind it;
+        inf: none.
+        """
+        points = self.about.points
+        axes = plane_axes(self.plane.normal, np.roll(self.plane.normal, 1))
+        width = max(CELL_SPACINGS * self.about.spacing, 1e-300)
+        own = points[self.rows] @ axes.T
+        low, high = own.min(axis=0), own.max(axis=0)
+        shape = np.floor((high - low) / width).astype(np.intp) + 1
+        height = self.plane.distance(points)
+        rest = (self.about.owner != self.region) & (np.abs(height) > self.off)
+        flat = points[rest] @ axes.T
+        over = ((flat >= low) & (flat <= high)).all(axis=1)
+        cells = np.floor((flat[over] - low) / width).astype(np.intp) @ [shape[1], 1]
+        above = height[rest][over]
+        used = np.unique(np.floor((own - low) / width).astype(np.intp) @ [shape[1], 1])
+        paths = []
+        for sign in (1.0, -1.0):
+            nearest = np.full(int(shape.prod()), np.inf)
+            way = sign * above > 0.0
+            np.minimum.at(nearest, cells[way], np.abs(above[way]))
+            paths.append(nearest[used])
+        return paths[0], paths[1]
+
+    def _emptier_side(self) -> int:
+        """Return the side with less of the face's own object; 0 where both have about as much."""
+        about = self.about
+        body = np.bincount(about.bodies[self.rows] + 1).argmax() - 1
+        rest = (about.bodies == body) & (about.owner != self.region) & (body >= 0)
+        height = self.plane.distance(about.points[rest])
+        height = height[np.abs(height) > self.off]
+        if not len(height):
+            return 0
+        behind = float((height < 0.0).mean())
+        if behind >= BEHIND_SHARE:
+            return 1
+        return -1 if behind <= 1.0 - BEHIND_SHARE else 0

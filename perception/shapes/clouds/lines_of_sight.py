@@ -21,8 +21,6 @@ from facetlog.perception.shapes.clouds.cloud_outlines import Outline
 from facetlog.perception.shapes.regions.up_direction import Up
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_PLACES", "Sheet", "SightTest", "View", "find_sheets", "find_view"]
-
 # A scan has a few places; a cloud from photographs has one for each point, about the middle of
 # those it was seen from, which is no end of a line of sight.
 MOST_PLACES = 16
@@ -86,7 +84,8 @@ class SightTest:
         return OFF_PLANE_SDS * self.noise + self.spacing
 
     def is_possible(self, place: FloatArray) -> bool:
-        """Whether a sensor could be at a place (3,): in none of the large faces, above the floor.
+        """Return whether a sensor could be at a place (3,): in none of the large faces, above the
+        floor.
 
         A sensor that was moved to a place in a face's plane would see the face from its edge.
         """
@@ -102,7 +101,9 @@ class SightTest:
         return sign * float(floor.distance(place)) > 0.0
 
     def find_hidden(self, points: FloatArray, places: FloatArray) -> NDArray[np.bool_]:
-        """Whether each of points (n, 3) is behind a face as seen from its place, (3,) or (n, 3)."""
+        """Return whether each of points (n, 3) is behind a face as seen from its place, (3,) or (n,
+        3).
+        """
         hidden = np.zeros(len(points), dtype=bool)
         for sheet in self.sheets:
             if sheet.covered.is_empty:
@@ -177,7 +178,9 @@ def _check_stated(
 
 
 def _partly_seen(hidden: NDArray[np.bool_], bodies: NDArray[np.intp]) -> tuple[int, ...]:
-    """The objects, -1 for the ground, of which more points are hidden than noise can hide."""
+    """Return the objects, -1 for the ground, of which more points are hidden than noise can
+    hide.
+    """
     counts, behind = np.bincount(bodies + 1), np.bincount(bodies[hidden] + 1)
     most = np.maximum(HIDDEN_POINTS, HIDDEN_SHARE * counts[: len(behind)])
     return tuple((np.flatnonzero(behind > most) - 1).tolist())

@@ -12,8 +12,6 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_SIZE", "Neighbourhoods", "k_nearest", "neighbourhoods"]
-
 # Sizes of a neighbourhood: each has a radius 1.4 times that of the one before.
 SIZES = (16, 32, 64, 128)
 LEAST_SIZE = SIZES[0]
@@ -76,7 +74,8 @@ class Neighbourhoods:
 def k_nearest(
     tree: KDTree, points: FloatArray, count: int, *, within: float = np.inf
 ) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Distances and rows (n, k) of the k = `count` points of a tree that are nearest to each point.
+    """Return distances and rows (n, k) of the k = `count` points of a tree that are nearest to each
+    point.
 
     k is smaller where the tree has fewer. Where none is near enough, the row is the tree's size.
     """
@@ -88,7 +87,9 @@ def k_nearest(
 def _shapes(
     points: FloatArray, tree: KDTree, rows: NDArray[np.intp], size: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.int32]]:
-    """Middles (m, 3), variances (m, 3) ascending, normals (m, 3), radii (m,), rows (m, size)."""
+    """Return middles (m, 3), variances (m, 3) ascending, normals (m, 3), radii (m,), rows (m,
+    size).
+    """
     far, near = k_nearest(tree, points[rows], size)
     cluster = points[near]
     middles = cluster.mean(axis=1)
@@ -99,7 +100,7 @@ def _shapes(
 
 
 def _fitting_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) -> int:
-    """The least size with certain enough normals, else the one with the most certain."""
+    """Return the least size with certain enough normals, else the one with the most certain."""
     allowed = [size for size in SIZES if size <= len(points) // 4] or [max(4, len(points) // 4)]
     turns = []
     for size in allowed:
@@ -110,7 +111,9 @@ def _fitting_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) ->
 
 
 def _normal_turn(points: FloatArray, tree: KDTree, sample: NDArray[np.intp], size: int) -> float:
-    """Median angle (radians) between normals of neighbourhoods that overlap by about half."""
+    """Return the median angle (radians) between normals of neighbourhoods that overlap by about
+    half.
+    """
     furthest = np.asarray(tree.query(points[sample], k=[size])[1], dtype=np.intp)[:, 0]
     one, two = (_shapes(points, tree, rows, size)[2] for rows in (sample, furthest))
     cosines = np.abs(np.einsum("ij,ij->i", one, two))
@@ -118,7 +121,9 @@ def _normal_turn(points: FloatArray, tree: KDTree, sample: NDArray[np.intp], siz
 
 
 def _noise(points: FloatArray, thickness: FloatArray, width: FloatArray) -> float:
-    """Standard deviation of a point off its surface: the median of where that is a surface."""
+    """Return the standard deviation of a point off its surface: the median of where that is a
+    surface.
+    """
     flat = thickness <= FLAT_ENOUGH * width
     rounding = ROUNDING * float(np.linalg.norm(np.ptp(points, axis=0)))
     grid = float(_grid_steps(points, rounding).max() / np.sqrt(12.0))
@@ -126,7 +131,8 @@ def _noise(points: FloatArray, thickness: FloatArray, width: FloatArray) -> floa
 
 
 def _grid_steps(points: FloatArray, rounding: float) -> FloatArray:
-    """Steps (3,) of the grid that coordinates of points (n, 3) lie on; 0 where they lie on none.
+    """Return steps (3,) of the grid that coordinates of points (n, 3) lie on; 0 where they lie on
+    none.
 
     A face along the grid has no thickness at all, but others are rounded to it: the sd of what is
     rounded to steps of s is s / sqrt(12).
@@ -147,7 +153,8 @@ def _grid_steps(points: FloatArray, rounding: float) -> FloatArray:
 def neighbourhoods(
     points: FloatArray, *, size: int | None = None, noise: float | None = None
 ) -> Neighbourhoods:
-    """Neighbourhoods of points (n, 3), n ≥ 8; of a size that suits their noise if none is given.
+    """Return neighbourhoods of points (n, 3), n ≥ 8; of a size that suits their noise if none is
+    given.
 
     `noise` is that of the cloud that the points are a part of. The same cloud has the same nodes,
     in whichever place and unit it is.

@@ -10,8 +10,6 @@ from facetlog.perception.shapes.clouds.neighbourhoods import Neighbourhoods
 from facetlog.perception.stable_order import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CURVED", "WARP", "grown_regions"]
-
 # Instead of a region's number: the node is of a curved surface.
 CURVED = -2
 
@@ -63,7 +61,9 @@ SPREADS = 16
 
 
 def grown_regions(near: Neighbourhoods) -> NDArray[np.intp]:
-    """Number of the flat region of each node, (m,); -1: none, CURVED: of a curved surface."""
+    """Return the number of the flat region of each node, (m,); -1: none, CURVED: of a curved
+    surface.
+    """
     growth = _Growth(near)
     growth.run()
     # pieces of a cylinder must not be joined to a sheet before they are recognised
@@ -81,7 +81,7 @@ class _Sheet(NamedTuple):
 
     @classmethod
     def through(cls, near: Neighbourhoods, rows: NDArray[np.intp]) -> "_Sheet":
-        """The plane of the middles of nodes (n,) by least squares.
+        """Return the plane of the middles of nodes (n,) by least squares.
 
         Middles that are all but one, as of a few points far from all others, whose neighbourhoods
         are the same, span none: it is turned as their normals are.
@@ -97,7 +97,7 @@ class _Sheet(NamedTuple):
         return cls(centre, normal, max(MIDDLE_GATE * near.noise, WARP * width))
 
     def height(self, middles: FloatArray) -> FloatArray:
-        """Distances (n,) of middles (n, 3), of either sign."""
+        """Return distances (n,) of middles (n, 3), of either sign."""
         height: FloatArray = (middles - self.centre) @ self.normal
         return height
 
@@ -135,7 +135,7 @@ class _Growth:
         return fits
 
     def _grown(self, seed: int) -> NDArray[np.intp]:
-        """Nodes of the region round a seed; those of other regions are left alone."""
+        """Return nodes of the region round a seed; those of other regions are left alone."""
         near = self.near
         sheet = _Sheet(near.middles[seed], near.normals[seed], MIDDLE_GATE * near.noise)
         inside = np.zeros(len(near.nodes), dtype=bool)
@@ -173,7 +173,7 @@ def _members(labels: NDArray[np.intp]) -> dict[int, NDArray[np.intp]]:
 
 
 def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Pairs (p, 2) of different regions that some link joins, each once."""
+    """Return pairs (p, 2) of different regions that some link joins, each once."""
     first, second = np.repeat(labels, near.links.shape[1]), labels[near.links].ravel()
     joined = (first >= 0) & (second >= 0) & (first != second)
     pairs = np.sort(np.column_stack([first[joined], second[joined]]), axis=1)
@@ -181,7 +181,7 @@ def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp
 
 
 def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Labels in which regions that touch and have one plane, within its warp, are one."""
+    """Return labels in which regions that touch and have one plane, within its warp, are one."""
     labels = labels.copy()
     groups = _members(labels)
     sheets = {k: _Sheet.through(near, rows) for k, rows in groups.items()}
@@ -217,7 +217,8 @@ def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _is_curved(places: FloatArray, noise: float) -> bool:
-    """Whether points (n, 3) lie on a curved surface: h = a + bx + cy + dx² + exy + fy² fits them.
+    """Return whether points (n, 3) lie on a curved surface: h = a + bx + cy + dx² + exy + fy² fits
+    them.
 
     Middles are not used: at the rim of a flat face they are biased towards its neighbours.
     """
@@ -241,27 +242,29 @@ def _is_curved(places: FloatArray, noise: float) -> bool:
     return False
 
 
-def _width(places: FloatArray) -> float:
-    """The narrower extent of points (n, 3) along their plane, as that of an even rectangle."""
+def width_along(places: FloatArray) -> float:
+    """Return the narrower extent of points (n, 3) along their plane, as that of an even
+    rectangle.
+    """
     return float(np.sqrt(12.0 * max(float(np.linalg.eigvalsh(np.cov(places.T))[1]), 0.0)))
 
 
 def _is_sliver(near: Neighbourhoods, rows: NDArray[np.intp]) -> bool:
-    """Whether nodes are only the rounded-off edge between two faces."""
-    width = _width(near.middles[rows])
+    """Return whether nodes are only the rounded-off edge between two faces."""
+    width = width_along(near.middles[rows])
     thick = float(np.median(near.thickness[rows])) > SLIVER_THICKNESS * near.noise
     return thick and width < float(np.median(near.radius[rows]))
 
 
 def _curved_strips(near: Neighbourhoods, labels: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Nodes of each region that is a piece of a curved surface."""
+    """Return nodes of each region that is a piece of a curved surface."""
     return [rows for rows in _members(labels).values() if _is_curved(near.places[rows], near.noise)]
 
 
 def _without_curves(
     near: Neighbourhoods, labels: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
-    """Labels in which pieces of a curved surface are CURVED, and the nodes of each piece."""
+    """Return labels in which pieces of a curved surface are CURVED, and the nodes of each piece."""
     strips = _curved_strips(near, labels)
     flat = labels.copy()
     for rows in strips:
@@ -272,7 +275,7 @@ def _without_curves(
 def _spread_curves(
     near: Neighbourhoods, labels: NDArray[np.intp], strips: Sequence[NDArray[np.intp]]
 ) -> NDArray[np.intp]:
-    """Labels in which smooth continuations of a larger curved surface are CURVED as well.
+    """Return labels in which smooth continuations of a larger curved surface are CURVED as well.
 
     `strips` are the regions that are curved by themselves, as rows of nodes.
 
@@ -280,12 +283,12 @@ def _spread_curves(
     are too narrow to be curved by themselves. What is wider than the widest strip that is curved
     by itself would have been curved by itself as well: a face next to a rounded edge is not.
     """
-    widest = max((_width(near.places[rows]) for rows in strips), default=0.0)
+    widest = max((width_along(near.places[rows]) for rows in strips), default=0.0)
     labels = labels.copy()
     narrow = {
         label: (rows, _Sheet.through(near, rows).normal)
         for label, rows in _members(labels).items()
-        if _width(near.places[rows]) <= widest
+        if width_along(near.places[rows]) <= widest
     }
     for _ in range(SPREADS):
         curved = labels == CURVED
@@ -312,7 +315,7 @@ def _spread_curves(
 
 
 def _kept(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Labels from 0 on of the regions that are large enough and no slivers."""
+    """Return labels from 0 on of the regions that are large enough and no slivers."""
     found = np.where(labels == CURVED, CURVED, -1)
     count = 0
     least = max(LEAST_NODES, round(LEAST_SHARE * near.size * near.share))

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CUT", "JAG", "SideLine", "meeting_corners", "side_lines", "squared"]
-
 # The jagged rim of points at random is within so many spacings of the true one.
 JAG = 1.5
 # A ring is a rectangle if no point of either is further than this, in spacings, from the other.
@@ -53,13 +51,15 @@ class SideLine:
         return np.array([self.direction[1], -self.direction[0]])
 
     def distance(self, points: FloatArray) -> FloatArray:
-        """Distances outwards of points (n, 2) from the line."""
+        """Return distances outwards of points (n, 2) from the line."""
         distance: FloatArray = (points - self.point) @ self.outward
         return distance
 
 
 def side_lines(ring: FloatArray, spacing: float, *, inwards: bool = False) -> tuple[SideLine, ...]:
-    """Sides of a counter-clockwise ring (n, 2); `inwards` for a hole's, which points are around."""
+    """Return sides of a counter-clockwise ring (n, 2); `inwards` for a hole's, which points are
+    around.
+    """
     dense = shapely.segmentize(shapely.LinearRing(ring), spacing)
     rim = shapely.get_coordinates(dense)[:-1]
     corners = _corners(ring, spacing)
@@ -89,7 +89,7 @@ def side_lines(ring: FloatArray, spacing: float, *, inwards: bool = False) -> tu
 
 
 def _corners(ring: FloatArray, spacing: float) -> FloatArray:
-    """Corners (k, 2) of the simplest ring within the jaggedness, counter-clockwise."""
+    """Return corners (k, 2) of the simplest ring within the jaggedness, counter-clockwise."""
     polygon = shapely.Polygon(ring)
     box = shapely.minimum_rotated_rectangle(polygon)
     if box.geom_type == "Polygon" and box.area > 0.0:
@@ -102,13 +102,15 @@ def _corners(ring: FloatArray, spacing: float) -> FloatArray:
 
 
 def _loop(polygon: shapely.Polygon) -> FloatArray:
-    """The rim of a polygon (k, 2), counter-clockwise, without the first point repeated."""
+    """Return the rim of a polygon (k, 2), counter-clockwise, without the first point repeated."""
     rim: FloatArray = shapely.get_coordinates(shapely.geometry.polygon.orient(polygon).exterior)
     return rim[:-1]
 
 
 def _without_chamfers(corners: FloatArray, shortest: float) -> FloatArray:
-    """Corners in which short sides between two that meet are one corner, or the middle of both."""
+    """Return corners in which short sides between two that meet are one corner, or the middle of
+    both.
+    """
     while len(corners) > 3:
         spans = np.roll(corners, -1, axis=0) - corners
         lengths = np.linalg.norm(spans, axis=1)
@@ -128,7 +130,9 @@ def _without_chamfers(corners: FloatArray, shortest: float) -> FloatArray:
 
 
 def _meeting(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> FloatArray | None:
-    """Where the lines p + s d and q + t e meet; None if they are within 15 degrees of parallel."""
+    """Return where the lines p + s d and q + t e meet; None if they are within 15 degrees of
+    parallel.
+    """
     turn = float(d[0] * e[1] - d[1] * e[0])
     if abs(turn) < np.sin(MEETING) * float(np.linalg.norm(d) * np.linalg.norm(e)):
         return None
@@ -138,7 +142,7 @@ def _meeting(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> Floa
 
 
 def squared(lines: tuple[SideLine, ...], spacing: float) -> tuple[SideLine, ...]:
-    """Sides made parallel or perpendicular to the most certain one, within their errors.
+    """Return sides made parallel or perpendicular to the most certain one, within their errors.
 
     Sides where planes meet are most certain, then long ones; they are not rotated themselves.
     """
@@ -159,7 +163,7 @@ def squared(lines: tuple[SideLine, ...], spacing: float) -> tuple[SideLine, ...]
 
 
 def meeting_corners(lines: tuple[SideLine, ...], spacing: float) -> FloatArray:
-    """Corners (k, 2) of the ring whose sides lie on the lines.
+    """Return corners (k, 2) of the ring whose sides lie on the lines.
 
     Where two in succession do not meet near the place where the ring turned, as parallel ones do
     not, both end there, and a short side joins them.
@@ -183,7 +187,9 @@ def meeting_corners(lines: tuple[SideLine, ...], spacing: float) -> FloatArray:
 
 
 def _without_cuts(lines: tuple[SideLine, ...], longest: float) -> tuple[SideLine, ...]:
-    """Sides without short ones between two that are fixed, or much longer, and meet near them."""
+    """Return sides without short ones between two that are fixed, or much longer, and meet near
+    them.
+    """
     cuts = [_is_cut(lines, nth, longest) for nth in range(len(lines))]
     if len(lines) - sum(cuts) < 3:
         return lines
@@ -196,7 +202,7 @@ def _without_cuts(lines: tuple[SideLine, ...], longest: float) -> tuple[SideLine
 
 
 def _is_cut(lines: tuple[SideLine, ...], nth: int, longest: float) -> bool:
-    """Whether a side only cuts off the corner of its neighbours."""
+    """Return whether a side only cuts off the corner of its neighbours."""
     before, line, after = lines[nth - 1], lines[nth], lines[(nth + 1) % len(lines)]
     longer = min(before.length, after.length) >= LONGER * line.length
     if line.fixed or line.length > longest or not ((before.fixed and after.fixed) or longer):
@@ -206,7 +212,9 @@ def _is_cut(lines: tuple[SideLine, ...], nth: int, longest: float) -> bool:
 
 
 def _straightened(corners: FloatArray, jag: float) -> FloatArray:
-    """Corners without those on the line between their neighbours, within a tenth of `jag`."""
+    """Return corners without those on the line between their neighbours, within a tenth of
+    `jag`.
+    """
     keep: NDArray[np.bool_] = np.ones(len(corners), dtype=bool)
     for nth in range(len(corners)):
         rest = np.flatnonzero(keep)

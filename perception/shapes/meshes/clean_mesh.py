@@ -21,17 +21,6 @@ from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.regions.surface_samples import MOST_CELLS, cells_of
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "MEND",
-    "MOST_LOST",
-    "RESOLUTION",
-    "Surface",
-    "boxes_round",
-    "clean_mesh",
-    "rebuilt",
-    "sizes_of",
-]
-
 # Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
 RESOLUTION = 1e-6
 # No corner is moved further than this share of the longest side of a triangle that it is of.
@@ -45,7 +34,7 @@ MOST_LOST = 0.5
 LEAST_VOLUME = 1e-6
 
 MEND = "merge near vertices, remesh it, or give its vertices as a cloud"
-"""What to do about a mesh whose triangles make no surface."""
+"""The way out for a mesh whose triangles make no surface."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,7 +76,7 @@ class Surface:
 
 
 def clean_mesh(mesh: Mesh) -> Surface:
-    """The surface of a mesh, whatever its scale.
+    """Return the surface of a mesh, whatever its scale.
 
     Raises InputError where it has no area, or where most of it is narrower than the resolution.
     """
@@ -122,7 +111,7 @@ def clean_mesh(mesh: Mesh) -> Surface:
 
 
 def rebuilt(surface: Surface, triangles: Indices) -> Surface:
-    """The surface with these triangles (m, 3) between its points, wound anew."""
+    """Return the surface with these triangles (m, 3) between its points, wound anew."""
     a, b, c = (surface.points[triangles[:, k]] for k in range(3))
     normals = cross(b - a, c - a)
     double = np.maximum(_lengths(normals), 1e-300)
@@ -138,7 +127,7 @@ def rebuilt(surface: Surface, triangles: Indices) -> Surface:
 
 
 def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatArray, FloatArray]:
-    """The lowest and the highest corner (count, 3) of the box round each part; of triangles
+    """Return the lowest and the highest corner (count, 3) of the box round each part; of triangles
     (m, 3, 3) `part` (m,) says which it is of.
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -148,14 +137,14 @@ def boxes_round(corners: FloatArray, part: Indices, count: int) -> tuple[FloatAr
 
 
 def sizes_of(corners: FloatArray, part: Indices) -> FloatArray:
-    """The diagonal (m,) of the box round the part that each of triangles (m, 3, 3) is of."""
+    """Return the diagonal (m,) of the box round the part that each of triangles (m, 3, 3) is of."""
     low, high = boxes_round(corners, part, int(part.max()) + 1)
     return _lengths(high - low)[part]
 
 
 def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
-    """A warning of the triangles left out, by their rows, where those were any share of the surface
-    of which the area `left` is left; raises InputError where they were most of it, or all.
+    """Return a warning of the triangles left out, by their rows, where those were any share of the
+    surface of which the area `left` is left; raises InputError where they were most of it, or all.
     """
     a, b, c = (mesh.vertices[mesh.triangles[lost, k]] for k in range(3))
     area = 0.5 * float(_lengths(cross(b - a, c - a)).sum())
@@ -174,14 +163,16 @@ def _what_is_lost(mesh: Mesh, lost: Indices, left: float) -> tuple[str, ...]:
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
-    """Lengths (n,) of vectors (n, 3); three times as fast as a sum over the short axis."""
+    """Return lengths (n,) of vectors (n, 3); three times as fast as a sum over the short axis."""
     x, y, z = vectors.T
     lengths: FloatArray = np.sqrt(x * x + y * y + z * z)
     return lengths
 
 
 def _slack(points: FloatArray, triangles: Indices, size: float, grain: float) -> FloatArray:
-    """How far each point (n,) may be from another that is the same, of a mesh of that size."""
+    """Return how far each point (n,) may be from another that is the same, of a mesh of
+    that size.
+    """
     longest = np.zeros(len(points))
     for one, two in ((0, 1), (1, 2), (2, 0)):
         side = _lengths(points[triangles[:, one]] - points[triangles[:, two]])
@@ -194,8 +185,8 @@ def _slack(points: FloatArray, triangles: Indices, size: float, grain: float) ->
 def _welded(
     points: FloatArray, triangles: Indices, used: NDArray[np.bool_], slack: FloatArray
 ) -> tuple[FloatArray, Indices, FloatArray]:
-    """Points that are used, those within the slack (n,) of both made one, the triangles between
-    them, and what slack is left to each.
+    """Return points that are used, those within the slack (n,) of both made one, the triangles
+    between them, and what slack is left to each.
     """
     every = np.flatnonzero(used)
     where, slack = points[every], slack[every]
@@ -217,8 +208,8 @@ def _welded(
 
 
 def _groups_within(points: FloatArray, slack: float) -> Indices:
-    """The group (n,), numbered from 0, of each of points (n, 3) of which those within the slack are
-    one.
+    """Return the group (n,), numbered from 0, of each of points (n, 3) of which those within the
+    slack are one.
     """
     extent = float(np.ptp(points, axis=0).max())
     if extent < MOST_CELLS * slack:
@@ -235,7 +226,7 @@ def _groups_within(points: FloatArray, slack: float) -> Indices:
 
 
 def _first_of_doubles(triangles: Indices) -> Indices:
-    """The rows of triangles (m, 3), the first one for each set of corners."""
+    """Return the rows of triangles (m, 3), the first one for each set of corners."""
     if not len(triangles):
         return np.zeros(0, dtype=np.int64)
     a, b, c = triangles.T
@@ -296,7 +287,7 @@ def _wound(
 
 
 def _turns(m: int, links: Indices, alike: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
-    """The sheet of each triangle, and whether to turn it so that its sheet is wound alike.
+    """Return the sheet of each triangle, and whether to turn it so that its sheet is wound alike.
 
     Every triangle is there twice, as it is and turned. Linked triangles that are wound alike join
     as they are, others each with the other's turned copy; the two copies of a sheet then are two
@@ -318,7 +309,9 @@ def _turns(m: int, links: Indices, alike: NDArray[np.bool_]) -> tuple[Indices, N
 
 
 def _closed(sheets: Indices, key: Indices) -> NDArray[np.bool_]:
-    """Which sheets have every edge an even number of times; `key` (3 m,) numbers the edges."""
+    """Return which sheets have every edge an even number of times; `key` (3 m,) numbers the
+    edges.
+    """
     owner = np.repeat(sheets, 3)
     edges = np.unique(key, return_inverse=True)[1]
     own, uses = np.unique(edges * (int(sheets.max()) + 1) + owner, return_counts=True)

@@ -19,8 +19,6 @@ from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, boxes_ro
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_bodies"]
-
 # Parts nearer than this share of the larger one's extent, with all that is joined to it, are one
 # object. Third-party models of furniture leave gaps of up to 2 % between legs and seat; chairs at
 # a table keep more.
@@ -58,7 +56,7 @@ class _Parts:
 
     @classmethod
     def of(cls, corners: FloatArray, part: Indices, count: int, name: str) -> "_Parts":
-        """Of triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
+        """Return sample triangles (m, 3, 3) of the mesh called `name`, `part` (m,) of `count`."""
         low, high = boxes_round(corners, part, count)
         extents = np.sqrt(((high - low) ** 2).sum(axis=1))
         pairs = _boxes_near(low, high, GROWN * NEAR_SHARE * extents, name)
@@ -86,7 +84,7 @@ class _Parts:
         )
 
     def gap(self, one: int, two: int, reach: float) -> float:
-        """The distance between two parts' samples; infinite where it is beyond `reach`."""
+        """Return the distance between two parts' samples; infinite where it is beyond `reach`."""
         few, many = sorted((one, two), key=lambda k: self.rows[k].stop - self.rows[k].start)
         points = self.points[self.rows[few]]
         beside = (points >= self.low[many] - reach) & (points <= self.high[many] + reach)
@@ -101,7 +99,7 @@ class _Parts:
 
 
 def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Indices:
-    """The object (m,) of each triangle, numbered from 0.
+    """Return the object (m,) of each triangle, numbered from 0.
 
     The triangles of the `floor` (m,) are one object, the last, and join nothing. Raises InputError
     for a surface in so many pieces, so near to each other, that they cannot be compared.
@@ -129,8 +127,8 @@ def find_bodies(surface: Surface, floor: NDArray[np.bool_] | None = None) -> Ind
 
 
 def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray, name: str) -> Indices:
-    """Pairs (k, 2) of boxes whose gap is within the longer reach of the two, those boxes being
-    from `low` (p, 3) to `high` (p, 3); raises InputError, which names the mesh, for too many.
+    """Return pairs (k, 2) of boxes whose gap is within the longer reach of the two, those boxes
+    being from `low` (p, 3) to `high` (p, 3); raises InputError, which names the mesh, for too many.
     """
     wide = np.column_stack([low - reach[:, None], high + reach[:, None]])
     plans = shapely.box(wide[:, 0], wide[:, 1], wide[:, 3], wide[:, 4])
@@ -153,7 +151,7 @@ def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray, name: str)
 
 
 def _together(parts: _Parts, count: int) -> Indices:
-    """The object (p,) of each of `count` parts.
+    """Return the object (p,) of each of `count` parts.
 
     Joined parts grow, and then reach further: pairs are tested until nothing joins. The order does
     not matter, since parts that may join may do so later as well.
@@ -192,5 +190,5 @@ def _together(parts: _Parts, count: int) -> Indices:
 
 
 def _extent(low: FloatArray, high: FloatArray) -> float:
-    """The diagonal of a box."""
+    """Return the diagonal of a box."""
     return float(np.sqrt(((high - low) ** 2).sum()))

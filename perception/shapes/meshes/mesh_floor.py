@@ -15,21 +15,179 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.ragged import by_group, group_sums
+from facetlog.perception.ragged import by_group, group_sums, joined
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_planes import LargePlane, iter_planes
-from facetlog.perception.shapes.meshes.mesh_room import UPRIGHT, find_room, leftovers
 from facetlog.perception.shapes.regions.floor_and_walls import (
     ABOVE_SHARE,
     BEYOND,
+    LEAST_ROOM,
     LEAST_WIDTH,
     POST,
 )
 from facetlog.perception.shapes.regions.surface_samples import Samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Surroundings", "find_surroundings"]
+# Walls are large upright planes at the floor's rim, from the floor upwards, and nothing but their
+# own thickness is beyond them. So are a crate's, and a crate may hold a bottle: only size tells a
+# room from it, and without metres nothing is a room.
+
+# Normals within 20 degrees of level are of something upright (sine).
+UPRIGHT = float(np.sin(np.deg2rad(20.0)))
+# A wall is so much of the floor's extent long and of everything's height high, and so much of that
+# rectangle is surface: the rest are doors and windows.
+WALL_SHARE = 0.5
+WALL_FILL = 0.4
+# It begins within this share of its height from the floor, and lies within this share of the
+# floor's extent from the floor's rim.
+NEAR_SHARE = 0.1
+# No more than this share of its own surface is beyond it: the ends and the outside of a solid wall.
+BEYOND_SHARE = 0.3
+# Directions of walls, a bin each, in half a turn.
+BINS = 36
+# Pieces this many roughnesses from a plane are dents and bumps of it.
+BUMPS = 2.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Space:
+    """References to measure a wall by: the floor's points, and everything's height above it."""
+
+    surface: Surface
+    up: FloatArray
+    level: float
+    floor_points: FloatArray
+    height: float
+
+    def is_wall(self, plane: LargePlane, taken: NDArray[np.bool_]) -> bool:
+        """Return whether a plane, its normal outwards, is a wall; `taken` (m,) are walls
+        already.
+        """
+        surface = self.surface
+        corners = surface.points[np.unique(surface.triangles[plane.triangles])]
+        along = np.cross(self.up, plane.normal)
+        along /= np.linalg.norm(along)
+        low, high = float((corners @ self.up).min()), float((corners @ self.up).max())
+        length, height = float(np.ptp(corners @ along)), high - low
+        area = float(surface.areas[plane.triangles].sum())
+        rim = plane.heights(self.floor_points)
+        return (
+            height >= max(LEAST_ROOM, WALL_SHARE * self.height)
+            and low - self.level <= NEAR_SHARE * height
+            and length >= WALL_SHARE * float(np.ptp(self.floor_points @ along))
+            and area >= WALL_FILL * length * height
+            and abs(float(rim.max())) <= NEAR_SHARE * float(np.ptp(rim))
+            and self._area_beyond(plane, taken) <= BEYOND_SHARE * area
+        )
+
+    def is_ceiling(self, plane: LargePlane, taken: NDArray[np.bool_], least: float) -> bool:
+        """Return whether a level plane, its normal up, is a ceiling of this area at least."""
+        area = float(self.surface.areas[plane.triangles].sum())
+        middle = self.floor_points.mean(axis=0)
+        return (
+            area >= least
+            and -float(plane.heights(middle[None])[0]) >= (1.0 - NEAR_SHARE) * self.height
+            and self._area_beyond(plane, taken) <= BEYOND_SHARE * area
+        )
+
+    def _area_beyond(self, plane: LargePlane, taken: NDArray[np.bool_]) -> float:
+        surface = self.surface
+        heights = plane.heights(surface.points)[surface.triangles].mean(axis=1)
+        beyond = (heights > BUMPS * plane.slack) & ~taken & ~plane.triangles
+        return float(surface.areas[beyond].sum())
+
+
+def find_room(
+    surface: Surface, floor: NDArray[np.bool_], level: float, up: FloatArray
+) -> tuple[LargePlane, ...]:
+    """Return the walls and the ceiling round a floor, normals outwards; none where it is no room.
+
+    `floor` (m,) are the floor's triangles and `level` is their height along `up` (3,), in metres.
+    """
+    floor_points = surface.points[np.unique(surface.triangles[floor])]
+    height = float((surface.points[surface.triangles] @ up).max()) - level
+    plan = floor_points @ plane_axes(up, np.roll(up, 1)).T
+    if height < LEAST_ROOM or _breadth(plan) < LEAST_ROOM:
+        return ()
+    space = _Space(surface, up, level, floor_points, height)
+    upright = np.abs(surface.normals @ up) <= UPRIGHT
+    middle = floor_points.mean(axis=0)
+    taken = floor.copy()
+    candidates = [
+        plane if float(plane.heights(middle[None])[0]) <= 0.0 else plane.flipped()
+        for way in _directions(surface, upright & ~floor, up)
+        for plane in iter_planes(surface, way, upright & ~floor)
+    ]
+    walls: list[LargePlane] = []
+    for plane in sorted(candidates, key=lambda plane: float(plane.heights(middle[None])[0])):
+        if space.is_wall(plane, taken):
+            walls.append(plane)
+            taken |= plane.triangles
+    if not walls:
+        return ()
+    least = WALL_SHARE * float((surface.areas * np.abs(surface.normals @ up))[floor].sum())
+    ceilings = sorted(iter_planes(surface, up, ~taken), key=lambda plane: -plane.offset)
+    for plane in ceilings:
+        if space.is_ceiling(plane, taken, least):
+            walls.append(plane)
+            taken |= plane.triangles
+    return tuple(walls)
+
+
+def leftovers(
+    surface: Surface, taken: NDArray[np.bool_], planes: tuple[LargePlane, ...]
+) -> NDArray[np.bool_]:
+    """Return which other triangles are part of these planes, normals outwards, the floor first:
+    bumps of one of them, and pieces just beyond it, as a wall's ends.
+    """
+    floor = surface.points[np.unique(surface.triangles[planes[0].triangles])]
+    reach = NEAR_SHARE * float(np.linalg.norm(np.ptp(floor, axis=0)))
+    left = ~taken
+    count, piece = joined(len(taken), surface.links[left[surface.links].all(axis=1)])
+    part, bumps = np.zeros(count, dtype=bool), np.zeros(len(taken), dtype=bool)
+    for plane in planes:
+        heights = plane.heights(surface.points)
+        bumps |= (np.abs(heights) <= BUMPS * plane.slack)[surface.triangles].all(axis=1)
+        apart = (heights < -BUMPS * plane.slack) | (heights > reach)
+        part |= group_sums(piece, apart[surface.triangles].any(axis=1), count) == 0.0
+    return (part[piece] | bumps) & left
+
+
+def _directions(
+    surface: Surface, upright: NDArray[np.bool_], up: FloatArray
+) -> Iterator[FloatArray]:
+    """Yield level directions (3,) along which most upright surface points, either way."""
+    axes = plane_axes(up, np.roll(up, 1))
+    flat = surface.normals[upright] @ axes.T
+    areas = surface.areas[upright]
+    turn = np.arctan2(flat[:, 1], flat[:, 0]) % np.pi
+    bins = np.bincount((turn * (BINS / np.pi)).astype(np.int64) % BINS, areas, minlength=BINS)
+    # a direction at the limit of two bins counts in both
+    smooth = bins + np.roll(bins, 1)
+    for _ in range(4):
+        best = int(np.argmax(smooth))
+        if not smooth[best] > NEAR_SHARE * areas.sum():
+            return
+        centre = best * np.pi / BINS
+        near = np.abs(np.sin(turn - centre)) <= UPRIGHT
+        # the mean of directions without a sign: of twice the angle
+        doubled = float(
+            np.arctan2(
+                (areas[near] * np.sin(2.0 * turn[near])).sum(),
+                (areas[near] * np.cos(2.0 * turn[near])).sum(),
+            )
+        )
+        yield np.array([np.cos(0.5 * doubled), np.sin(0.5 * doubled)]) @ axes
+        smooth[np.abs(np.sin((np.arange(BINS) - best) * np.pi / BINS)) <= UPRIGHT] = 0.0
+
+
+def _breadth(plan: FloatArray) -> float:
+    """Return the least breadth of points (n, 2) over a quarter of 32 directions."""
+    turns = np.arange(32) * np.pi / 32
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    return float(np.ptp(plan @ ways.T, axis=0).min())
+
 
 # A floor is no thicker than this share of its breadth, 10 cm of a slab 2 m broad, and no further
 # from the lowest point than this share of the size of all.
@@ -74,7 +232,7 @@ class _Object:
         return low <= GAP_SHARE * (high - low) and high - low <= POST * broad
 
     def is_clear_of(self, low: FloatArray, high: FloatArray) -> bool:
-        """Whether it keeps off the rim of a floor from `low` (2,) to `high` (2,)."""
+        """Return whether it keeps off the rim of a floor from `low` (2,) to `high` (2,)."""
         least = CLEAR_SHARE * float((high - low).min())
         margins = [*(self.plan.min(axis=0) - low), *(high - self.plan.max(axis=0))]
         return sum(1 for margin in margins if margin >= least) >= CLEAR_SIDES
@@ -82,8 +240,8 @@ class _Object:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Surroundings:
-    """What things stand on and in: which triangles (m,), and the planes of floor, walls and
-    ceiling, their normals away from the things.
+    """Floor, walls and ceiling round things: which triangles (m,), and the planes of floor, walls
+    and ceiling, their normals away from the things.
     """
 
     triangles: NDArray[np.bool_]
@@ -99,7 +257,8 @@ class Surroundings:
 def find_surroundings(
     surface: Surface, samples: Samples, up: FloatArray, *, metric: bool
 ) -> Surroundings | None:
-    """The floor that things stand on and the room round it, `up` (3,) being known; None without.
+    """Return the floor that things stand on and the room round it, `up` (3,) being known; None
+    without.
 
     `samples` are of the whole surface. `metric` says that lengths are metres: without them nothing
     is a room.
@@ -123,7 +282,8 @@ def find_surroundings(
 def _is_empty_room(
     samples: Samples, triangles: NDArray[np.bool_], planes: tuple[LargePlane, ...], up: FloatArray
 ) -> bool:
-    """Whether walls go all round a floor, without a ceiling, and next to nothing else is left.
+    """Return whether walls go all round a floor, without a ceiling, and next to nothing else is
+    left.
 
     Where walls do not go all round, it is a room's corner.
     """
@@ -138,8 +298,8 @@ def _is_empty_room(
 
 
 def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Triangles (m,) of closed sheets of which less than half is taken: those of a box that stands
-    at a wall, or on a floor, lie in its plane.
+    """Return triangles (m,) of closed sheets of which less than half is taken: those of a box that
+    stands at a wall, or on a floor, lie in its plane.
     """
     count = int(surface.sheets.max()) + 1
     whole = group_sums(surface.sheets, surface.areas, count)
@@ -150,8 +310,8 @@ def _solids_inside(surface: Surface, taken: NDArray[np.bool_]) -> NDArray[np.boo
 
 
 def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
-    """What could be the floor, its normal down: sheets apart from the rest, else the lowest of the
-    level planes, which things may be one surface with.
+    """Yield candidates for the floor, their normals down: sheets apart from the rest, else the
+    lowest of the level planes, which things may be one surface with.
     """
     count = int(surface.sheets.max()) + 1
     level = _level_sheets(surface, up, count) if count > 1 else None
@@ -160,7 +320,7 @@ def _floors(surface: Surface, up: FloatArray) -> Iterator[LargePlane]:
         yield LargePlane(-up, -level[1], slack, level[0][surface.sheets])
     planes = iter_planes(surface, up)
     for plane in sorted(planes, key=lambda plane: plane.offset):
-        yield LargePlane(-plane.normal, -plane.offset, plane.slack, plane.triangles)
+        yield plane.flipped()
 
 
 def _is_floor(
@@ -172,7 +332,9 @@ def _is_floor(
     *,
     room: bool,
 ) -> bool:
-    """Whether things stand on a floor, and in a room of which these are the triangles (m,)."""
+    """Return whether things stand on a floor, and in a room of which these are the
+    triangles (m,).
+    """
     left = ~triangles[samples.triangles]
     areas = samples.areas * left
     if not areas.sum() > 0.0:
@@ -200,7 +362,7 @@ def _is_floor(
 
 
 def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """The area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
+    """Return the area that points (n, 2) cover of a floor from `low` to `high` (2,)."""
     cell = float((high - low).min()) / CELLS
     return len(np.unique(np.floor((plan - low) / cell).astype(np.int64), axis=0)) * cell**2
 
@@ -208,7 +370,7 @@ def _covered(plan: FloatArray, low: FloatArray, high: FloatArray) -> float:
 def _level_sheets(
     surface: Surface, up: FloatArray, count: int
 ) -> tuple[NDArray[np.bool_], float] | None:
-    """Which of the sheets could be the floor together, and the height of its upper side."""
+    """Return which of the sheets could be the floor together, and the height of its upper side."""
     corners = (surface.points @ up)[surface.triangles]
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(low, surface.sheets, corners.min(axis=1))
@@ -232,7 +394,7 @@ def _level_sheets(
 
 
 def _sides_of(plan: FloatArray) -> FloatArray:
-    """Unit vectors (2, 2) along the sides of the least rectangle round points (n, 2)."""
+    """Return unit vectors (2, 2) along the sides of the least rectangle round points (n, 2)."""
     hull = plan[ConvexHull(plan).vertices]
     rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(hull)))
     if len(rectangle) < 4:
@@ -245,7 +407,7 @@ def _sides_of(plan: FloatArray) -> FloatArray:
 def _carries(
     things: list[_Object], low: FloatArray, high: FloatArray, outline: ConvexHull, *, room: bool
 ) -> bool:
-    """Whether the things stand on it as on a floor, not as parts on a base."""
+    """Return whether the things stand on it as on a floor, not as parts on a base."""
     standing = [thing for thing in things if thing.stands]
     if room:
         return bool(standing)

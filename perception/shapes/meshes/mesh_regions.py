@@ -22,8 +22,6 @@ from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface, si
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
 from facetlog.perception.types import FloatArray
 
-__all__ = ["find_regions"]
-
 # Edges that bend less are none: text with 4 digits turns a face of 1 % of the size by this much.
 FLAT = np.deg2rad(1.0)
 # A facet's surface stays this near to its plane, against its breadth: the rise of an arc of 4.6°.
@@ -79,7 +77,8 @@ class _Bends:
 
 
 def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> Indices:
-    """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
+    """Return the flat region (m,) of each triangle, numbered from 0; -1 where the surface is not
+    flat.
 
     `bodies` (m,) number the object of each triangle: it is judged against the size of that.
     Of a `rough` surface, as scanners write it, normals are averaged first.
@@ -112,7 +111,9 @@ def find_regions(surface: Surface, bodies: Indices, *, rough: bool = False) -> I
 def _staves(
     surface: Surface, bends: _Bends, facets: Indices, sizes: FloatArray
 ) -> NDArray[np.bool_]:
-    """Which facets are cut from a curved surface: most of their outline bends into similar ones."""
+    """Return which facets are cut from a curved surface: most of their outline bends into similar
+    ones.
+    """
     one, two = facets[surface.links].T
     apart = one != two
     around = np.zeros(len(sizes))
@@ -126,8 +127,8 @@ def _staves(
 
 
 def _smoothed(surface: Surface, links: Indices, sizes: FloatArray) -> Surface:
-    """The surface with normals averaged over links (k, 2) of triangles that are small in objects of
-    `sizes` (m,): noise of a scanner turns its small triangles, and not what they lie in.
+    """Return the surface with normals averaged over links (k, 2) of triangles that are small in
+    objects of `sizes` (m,): noise of a scanner turns its small triangles, and not what they lie in.
     """
     small = np.sqrt(surface.areas) < FINE_SHARE * sizes
     one, two = links[small[links].all(axis=1)].T
@@ -185,7 +186,8 @@ def _nearly_flat(surface: Surface, fits: Fits, rows: Indices, groups: Indices) -
 
 
 def _ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indices:
-    """Number (m,) of the direction that each triangle of a piece is taken to point along, or -1.
+    """Return the number (m,) of the direction that each triangle of a piece is taken to point
+    along, or -1.
 
     In each piece the direction along which most area points, within 25°, is taken first; what it
     takes is taken away, and so on. Candidates are the 162 corners of a sphere of triangles, 9°
@@ -220,5 +222,5 @@ def _ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indice
 
 
 def _nearest(candidates: FloatArray, normals: FloatArray) -> Indices:
-    """Of each normal (n, 3), the nearest candidate."""
+    """Return the candidate nearest to each normal (n, 3)."""
     return np.asarray(cKDTree(candidates).query(normals)[1], dtype=np.int64)

@@ -1,20 +1,35 @@
 """A mesh as a scene: clean → objects → flat regions → sides → polygons → what is bare → scene."""
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.errors import InputError
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import (
+    find_difference,
+    find_enclosed_area,
+    find_union,
+    make_polygon,
+    make_valid,
+)
 from facetlog.perception.ragged import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.clean_mesh import MEND, Surface, clean_mesh, sizes_of
-from facetlog.perception.shapes.meshes.covered_surface import Solids
-from facetlog.perception.shapes.meshes.cut_surface import cut_off
-from facetlog.perception.shapes.meshes.loose_strips import without_loose_strips
+from facetlog.perception.shapes.meshes.clean_mesh import (
+    MEND,
+    MOST_LOST,
+    Surface,
+    boxes_round,
+    clean_mesh,
+    sizes_of,
+)
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_surroundings
+from facetlog.perception.shapes.meshes.mesh_planes import cut_off
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
 from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
@@ -28,7 +43,156 @@ from facetlog.perception.shapes.regions.surface_samples import (
 )
 from facetlog.perception.types import FloatArray
 
-__all__ = ["scene_of_mesh"]
+# Boards that are laid together are closed sheets that touch or reach into each other. Where one
+# stands on another's face nobody sees that face, and the object has no surface there: a tread is
+# as deep as what the step above leaves of it. So each region loses the sections that other closed
+# sheets have just in front of its plane.
+
+# Boards nearer than this share of the object's size touch; sections lie so far before a plane.
+TOUCH_SHARE = 1e-4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solids:
+    """The closed sheets (s,) of a surface: number, object, box from `low` to `high` (s, 3), and
+    which triangles are of each. `sizes` (b,) are those of all objects.
+    """
+
+    surface: Surface
+    numbers: Indices
+    bodies: Indices
+    low: FloatArray
+    high: FloatArray
+    triangles: tuple[Indices, ...]
+    sizes: FloatArray
+
+    @classmethod
+    def of(cls, surface: Surface, bodies: Indices) -> "Solids":
+        """Find the closed sheets of a surface whose triangles (m,) are of these objects."""
+        rows = np.flatnonzero(surface.closed)
+        sizes = np.zeros(int(bodies.max()) + 1)
+        sizes[bodies] = sizes_of(surface.corners, bodies)
+        groups = tuple(rows[own] for own in by_group(surface.sheets[rows]))
+        corners = [surface.corners[own].reshape(-1, 3) for own in groups]
+        first = np.array([own[0] for own in groups], dtype=np.intp)
+        return cls(
+            surface,
+            surface.sheets[first],
+            bodies[first],
+            np.array([each.min(axis=0) for each in corners]).reshape(-1, 3),
+            np.array([each.max(axis=0) for each in corners]).reshape(-1, 3),
+            groups,
+            sizes,
+        )
+
+    def uncovered(self, region: FlatRegion, own: Indices) -> Iterator[FlatRegion]:
+        """Yield the parts of a region that no solid of its object covers, but those of the sheets
+        `own`.
+
+        The region is in the surface's frame. It may fall apart, or vanish.
+        """
+        normal, touch = region.plane.normal, TOUCH_SHARE * float(self.sizes[region.body])
+        before = region.outline + touch * normal
+        near = (self.bodies == region.body) & ~np.isin(self.numbers, own)
+        near &= (self.low < before.max(axis=0)).all(axis=1)
+        near &= (self.high > before.min(axis=0)).all(axis=1)
+        if not near.any():
+            yield region
+            return
+        axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        face = make_polygon(region.outline @ axes.T, [hole @ axes.T for hole in region.holes])
+        distance = float(before[0] @ normal)
+        sections = [
+            self._section(nth, normal, distance, axes) for nth in np.flatnonzero(near).tolist()
+        ]
+        left = find_difference(face, find_union(sections))
+        if left.area > face.area * (1.0 - TOUCH_SHARE):
+            yield region
+            return
+        # neither slivers nor the gaps between boards that touch are anything by themselves
+        left = left.buffer(-touch, join_style="mitre").buffer(touch, join_style="mitre")
+        sd = float(np.hypot(region.corner_sd, touch))
+        for part in shapely.get_parts(left):
+            simple = part.simplify(touch)
+            if isinstance(simple, shapely.Polygon) and simple.area > 0.0:
+                rings = shapely.orient_polygons(simple)
+                yield replace(
+                    region,
+                    outline=_lifted(rings.exterior, region, axes),
+                    holes=tuple(_lifted(ring, region, axes) for ring in rings.interiors),
+                    corner_sd=sd,
+                )
+
+    def _section(
+        self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
+    ) -> shapely.Geometry:
+        """Return the section of a solid by the plane n · x = distance, in the plane's
+        coordinates.
+        """
+        corners = self.surface.triangles[self.triangles[nth]]
+        names, place = np.unique(corners, return_inverse=True)
+        place = place.reshape(corners.shape)
+        points = self.surface.points[names]
+        heights = points @ normal - distance
+        above = (heights > 0.0)[place]
+        # two sides of each triangle that the plane passes through
+        cut = above != np.roll(above, -1, axis=1)
+        one, two = np.sort(np.stack([place[cut], np.roll(place, -1, axis=1)[cut]]), axis=0)
+        # p + t (q - p), the same for both triangles at the side
+        share = heights[one] / (heights[one] - heights[two])
+        flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
+        area = find_enclosed_area(flat.reshape(-1, 2, 2))
+        return shapely.Polygon() if area is None else make_valid(area)
+
+
+def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:
+    """Return the corners (k, 3) of a ring in the region's plane."""
+    plane = region.plane
+    where = shapely.get_coordinates(ring)[:-1] @ axes
+    onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
+    return onto
+
+
+# Repair tools and scanners leave slivers behind, by the hundred thousand. Each would be an object
+# with two faces of its own, compared with every other one; of so many no facts are made.
+MANY_PARTS = 1_000
+"""Parts that share no corner with others. With two faces each more have too many for facts
+(most_faces.py)."""
+
+
+def without_loose_strips(surface: Surface) -> Surface:
+    """Return the surface, of which narrow loose parts are left out if there are many parts.
+
+    They are open, and narrower than its samples lie apart. Where they are most of it, they stay.
+    """
+    count = int(surface.bodies.max()) + 1
+    if count <= MANY_PARTS:
+        return surface
+    low, high = boxes_round(surface.corners, surface.bodies, count)
+    areas = group_sums(surface.bodies, surface.areas, count)
+    # Of a triangle that is the height on its longest side; of a box much more than any width.
+    widths = 2.0 * areas / np.sqrt(((high - low) ** 2).sum(axis=1))
+    is_open = np.bincount(surface.bodies, ~surface.closed, minlength=count) > 0
+    strips = is_open & (widths < SPACING_SHARE * surface.size)
+    if not strips.any():
+        return surface
+    left = strips[surface.bodies]
+    share = float(surface.areas[left].sum() / surface.areas.sum())
+    if share > MOST_LOST:
+        return surface
+    line = (
+        f"{int(strips.sum()):,} loose parts narrower than {SPACING_SHARE:.1%} of the mesh were "
+        f"left out, {100.0 * share:.2g}% of its surface"
+    )
+    mesh = Mesh(
+        surface.points + surface.centre,
+        surface.triangles[~left],
+        name=surface.name,
+        step=surface.step,
+    )
+    rest = clean_mesh(mesh)
+    return replace(rest, warnings=(*surface.warnings, *rest.warnings, line))
+
 
 # What is not flat is sampled at this share of its object's diagonal, and thinned to cells of it,
 # so that a grid of 1/64 of the diagonal has no hole where there is surface.
@@ -46,7 +210,8 @@ REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 
 
 def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
-    """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
+    """Return the scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the
+    metre.
 
     `up` is taken from the mesh where it is not given; where it is known, the floor that things
     stand on, and in metres the room round them, are of no object. Raises InputError for a mesh
@@ -104,7 +269,9 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
 
 
 def _samples(surface: Surface) -> Samples:
-    """Those of the whole; InputError where long thin triangles have too many."""
+    """Return sample the whole surface; raise InputError where long thin triangles have too many
+    samples.
+    """
     spacing = SPACING_SHARE * surface.size
     if sample_count(surface.corners, spacing) > MOST_SAMPLES:
         raise InputError(
@@ -115,7 +282,7 @@ def _samples(surface: Surface) -> Samples:
 
 
 def _check_objects(surface: Surface, bodies: Indices) -> None:
-    """Nothing; raises InputError if there are too many objects, those of the triangles in faces."""
+    """Raise InputError if the triangles in faces are of too many objects."""
     count = len(np.unique(bodies))
     if count > MOST_OBJECTS:
         raise InputError(
@@ -125,8 +292,8 @@ def _check_objects(surface: Surface, bodies: Indices) -> None:
 
 
 def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]]:
-    """Whether triangles make a surface together, with a warning if not; those that are an object by
-    themselves are of no other.
+    """Return whether triangles make a surface together, with a warning if not; those that are an
+    object by themselves are of no other.
     """
     lone, areas = surface.lone, surface.areas
     share = float(areas[lone].sum() / areas.sum())
@@ -141,7 +308,9 @@ def _connected(surface: Surface, bodies: Indices) -> tuple[bool, tuple[str, ...]
 
 
 def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None) -> Indices:
-    """The objects numbered by their surface, the largest first, but what is `taken` (m,) last."""
+    """Return the objects numbered by their surface, the largest first, but what is `taken` (m,)
+    last.
+    """
     areas = np.bincount(bodies, surface.areas)
     if taken is not None:
         areas[bodies[taken]] = 0.0
@@ -152,7 +321,7 @@ def _by_area(surface: Surface, bodies: Indices, taken: NDArray[np.bool_] | None)
 
 
 def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) -> Surface:
-    """The surface with normals outwards."""
+    """Return the surface with normals outwards."""
     turn = sides.turned[pieces]
     normals = np.where(turn[:, None], -surface.normals, surface.normals)
     # of a sheet with two sides one is taken, the same for all pieces of a plane
@@ -165,21 +334,15 @@ def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) ->
 
 
 def _faces_of(piece: Piece, body_of: Indices, sides: Sides) -> list[FlatRegion]:
-    """The region with the object that it is of, and of a sheet its back as well."""
+    """Return the region with the object that it is of, and of a sheet its back as well."""
     front = replace(piece.region, body=int(body_of[piece.pieces[0]]))
     if not sides.sheets[piece.pieces[0]]:
         return [front]
-    back = replace(
-        front,
-        plane=front.plane.flipped(),
-        outline=front.outline[::-1],
-        holes=tuple(hole[::-1] for hole in front.holes),
-    )
-    return [front, back]
+    return [front, front.flipped()]
 
 
 def _moved(region: FlatRegion, centre: FloatArray) -> FlatRegion:
-    """The region in the mesh's frame."""
+    """Return the region in the mesh's frame."""
     plane = region.plane
     # n · (x - c) + d = 0: with the offset d - n · c; its covariance by that lever
     lever = np.eye(4)
@@ -199,7 +362,7 @@ def _moved(region: FlatRegion, centre: FloatArray) -> FlatRegion:
 def _rest(
     surface: Surface, bodies: Indices, left: NDArray[np.bool_], sheets: NDArray[np.bool_]
 ) -> Rest:
-    """Points on the triangles that are left, with a density by each object's size.
+    """Return points on the triangles that are left, with a density by each object's size.
 
     Of `sheets`, which show both their sides, neither is the outer one: no normal is known.
     """

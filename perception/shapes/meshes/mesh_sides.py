@@ -24,8 +24,6 @@ from facetlog.perception.shapes.regions.surface_samples import Samples, sample_t
 from facetlog.perception.shapes.regions.visibility_grid import CUBES, FreeWays
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SPACING_SHARE", "Sides", "find_sides"]
-
 # Samples are half a cube apart, so that no cube that the surface crosses is missed.
 SAMPLES_PER_CUBE = 2.0
 SPACING_SHARE = 1.0 / (CUBES * SAMPLES_PER_CUBE)
@@ -49,7 +47,9 @@ REACH = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sides:
-    """Of pieces (p,): whether to turn the normals, whether both sides are faces, whether hidden."""
+    """For each piece (p,): whether to turn normals, whether both sides are faces, whether
+    hidden.
+    """
 
     turned: NDArray[np.bool_]
     sheets: NDArray[np.bool_]
@@ -59,7 +59,8 @@ class Sides:
 def find_sides(
     surface: Surface, samples: Samples, bodies: Indices, pieces: Indices, count: int
 ) -> Sides:
-    """The outer sides of each of `count` pieces; `bodies`, `pieces` (m,) number each triangle.
+    """Return the outer sides of each of `count` pieces; `bodies`, `pieces` (m,) number each
+    triangle.
 
     `samples` of the whole surface lie at most SPACING_SHARE of its size apart.
     """
@@ -91,7 +92,8 @@ def find_sides(
 def _sights(
     samples: Samples, normals: FloatArray, pieces: Indices, count: int, extent: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Share of free directions (p,) in front of and behind each piece; `extent` is the diagonal.
+    """Return share of free directions (p,) in front of and behind each piece; `extent` is the
+    diagonal.
 
     Of the triangles that the samples lie on, `normals` (m, 3) and `pieces` (m,).
     """
@@ -116,7 +118,7 @@ def _sights(
 
 
 def _some_of_each(owner: Indices, count: int) -> Indices:
-    """Indices of at most VOTES samples of each piece, spread evenly over them."""
+    """Return indices of at most VOTES samples of each piece, spread evenly over them."""
     order = np.argsort(owner, kind="stable")
     members = np.bincount(owner, minlength=count)
     starts = np.cumsum(members) - members
@@ -135,7 +137,8 @@ def _faced(
     ahead: FloatArray,
     cube: float,
 ) -> NDArray[np.bool_]:
-    """Whether another piece faces this one, nearer than the point where visibility is tested.
+    """Return whether another piece faces this one, nearer than the point where visibility is
+    tested.
 
     That is the underside of a thin board, which the cubes cannot distinguish from the upper side.
     """

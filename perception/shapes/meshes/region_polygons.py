@@ -19,8 +19,6 @@ from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_CORNERS", "Piece", "flat_pieces"]
-
 # A round table top of 64 corners departs from the circle by 0.12 % of its radius.
 MOST_CORNERS = 64
 # Corners that depart from the side between their neighbours by less than this share of the
@@ -66,7 +64,8 @@ class _Frame:
 def flat_pieces(
     surface: Surface, labels: Indices, owners: Indices, sizes: FloatArray
 ) -> tuple[Piece, ...]:
-    """Regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be one.
+    """Return regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be
+    one.
 
     Pieces of one owner that lie in one plane, face one way and touch become one region, of body 0,
     by the size (m,) of the object that each triangle is of.
@@ -103,7 +102,9 @@ def _regions(
     sizes: FloatArray,
     step: float,
 ) -> tuple[Piece, ...]:
-    """Pieces with planes of their own, fitted to what they were made of, in objects of `sizes`."""
+    """Return pieces with planes of their own, fitted to what they were made of, in objects of
+    `sizes`.
+    """
     region_of = np.full(len(moments.areas), -1, dtype=np.int64)
     for nth, (_, _, members) in enumerate(found):
         region_of[list(members)] = nth
@@ -120,7 +121,9 @@ def _regions(
 
 
 def _coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
-    """The plane (r,) that each piece lies in, together with others of its owner, as large as it."""
+    """Return the plane (r,) that each piece lies in, together with others of its owner, as large as
+    it.
+    """
     # offsets about the middle of each owner's, where the tilt matters least
     group = np.unique(owner, return_inverse=True)[1]
     count = int(group.max()) + 1
@@ -143,7 +146,7 @@ def _coplanar(fits: Fits, owner: Indices, sizes: FloatArray) -> Indices:
 def _merged(
     polygons: list[shapely.Geometry], pieces: Indices, size: float
 ) -> list[tuple[shapely.Polygon, tuple[int, ...]]]:
-    """Polygons that touch made one, each with its pieces."""
+    """Return polygons that touch made one, each with its pieces."""
     if len(polygons) == 1:
         whole = polygons[0]
     else:
@@ -197,7 +200,7 @@ class _Outlines:
         )
 
     def polygon(self, piece: int, frame: _Frame) -> shapely.Geometry:
-        """The piece in a plane's coordinates, valid, perhaps of several parts."""
+        """Return the piece in a plane's coordinates, valid, perhaps of several parts."""
         surface, rows = self.surface, self.triangles[piece]
         segments = frame.flat(surface.points[self.edges[piece]])
         area = find_enclosed_area(segments)
@@ -212,7 +215,7 @@ class _Outlines:
 def _region(
     polygon: shapely.Polygon, frame: _Frame, plane: Plane, corner_sd: float, size: float
 ) -> FlatRegion | None:
-    """The polygon on its plane, simplified; None where nothing is left of it."""
+    """Return the polygon on its plane, simplified; None where nothing is left of it."""
     extent = float(np.linalg.norm(np.ptp(np.array(polygon.bounds).reshape(2, 2), axis=0)))
     holes = [r for r in polygon.interiors if _area(r) > LEAST_HOLE_SHARE * polygon.area]
     polygon = shapely.Polygon(
@@ -248,7 +251,9 @@ def _most_corners(polygon: shapely.Polygon) -> int:
 
 
 def _from_farthest(ring: shapely.LinearRing) -> FloatArray:
-    """The ring (k, 2) from the corner that is farthest from its middle: simplifying keeps it."""
+    """Return the ring (k, 2) from the corner that is farthest from its middle: simplifying keeps
+    it.
+    """
     loop = shapely.get_coordinates(ring)[:-1]
     first = int(((loop - loop.mean(axis=0)) ** 2).sum(axis=1).argmax())
     turned: FloatArray = np.roll(loop, -first, axis=0)

@@ -9,8 +9,6 @@ from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Fits", "Moments", "fitted_plane"]
-
 # A plane is as certain as from so many independent points: a face's deviation from flatness is a
 # bow or a twist, not noise, so more triangles do not make it more certain. Four bear a rectangle.
 INDEPENDENT = 4.0
@@ -43,7 +41,8 @@ class Fits:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Moments:
-    """Of r groups of triangles: areas (r,), middles (r, 3), scatter (r, 3, 3), normals (r, 3).
+    """Sums over r groups of triangles: areas (r,), middles (r, 3), scatter (r, 3, 3), normals (r,
+    3).
 
     `scatter` is ∫ (x - middle)(x - middle)ᵀ over the group's surface, `normals` are ∫ n.
     """
@@ -55,7 +54,8 @@ class Moments:
 
     @classmethod
     def of(cls, surface: Surface, rows: Indices, groups: Indices, count: int) -> "Moments":
-        """Moments of `count` groups, each with a triangle; rows[i] is of the group groups[i].
+        """Return moments of `count` groups, each with a triangle; rows[i] is of the group
+        groups[i].
 
         A triangle with corners v and area A has ∫ x xᵀ = A / 12 (Σ v vᵀ + (Σ v)(Σ v)ᵀ).
         """
@@ -78,7 +78,9 @@ class Moments:
         return cls(whole, middles, scatter, normals)
 
     def joined(self, groups: Indices, count: int) -> "Moments":
-        """Moments of `count` groups of these groups; groups[i] is that of i, or -1: of none."""
+        """Return moments of `count` groups of these groups; groups[i] is that of i, or -1:
+        of none.
+        """
         used = np.flatnonzero(groups >= 0)
         groups, areas = groups[used], self.areas[used]
         whole = group_sums(groups, areas, count)
@@ -90,7 +92,7 @@ class Moments:
         return Moments(whole, middles, flat, group_sums(groups, self.normals[used], count))
 
     def fits(self) -> Fits:
-        """The plane of each group."""
+        """Return the plane of each group."""
         values, vectors = np.linalg.eigh(self.scatter / self.areas[:, None, None])
         values = np.maximum(values, 0.0)
         mean = self.normals / self.areas[:, None]
@@ -110,7 +112,7 @@ class Moments:
 
 
 def fitted_plane(fits: Fits, group: int, size: float, step: float = 0.0) -> Plane:
-    """The plane of one group with its covariance, about the surface's own middle.
+    """Return the plane of one group with its covariance, about the surface's own middle.
 
     With sd the rms distance, not less than the resolution of `size`, nor than step / √12 where
     coordinates were rounded to multiples of `step`: tilt about the in-plane axis

@@ -1,1 +1,1 @@
-"""What meshes and clouds share: flat regions, up, sight lines; regions into a scene."""
+"""Code that meshes and clouds share: flat regions, up, sight lines; regions into a scene."""

@@ -1,11 +1,9 @@
-"""What meshes and clouds have in common before they are a scene: flat regions and the rest."""
+"""Flat regions and the rest of a surface, of meshes and clouds alike."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
-
-__all__ = ["FlatRegion", "Rest"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,6 +23,15 @@ class FlatRegion:
     corner_sd: float = 0.0
     body: int = 0
     noise: float = 0.0
+
+    def flipped(self) -> "FlatRegion":
+        """Return the region seen from behind."""
+        return replace(
+            self,
+            plane=self.plane.flipped(),
+            outline=self.outline[::-1],
+            holes=tuple(hole[::-1] for hole in self.holes),
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,8 +10,6 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["cluster_bodies", "group_sizes", "is_scatter", "majority"]
-
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
 # What is nearer than this share of the whole's diagonal is one thing: a scan has gaps at edges
@@ -33,7 +31,8 @@ def cluster_bodies(
     *,
     support: Collection[int] = (),
 ) -> NDArray[np.intp]:
-    """Number of the object of each of points (n, 3), the one with most points first; -1: none.
+    """Return the number of the object of each of points (n, 3), the one with most points first; -1:
+    none.
 
     `owner` (n,) is the flat region of a point, -1 for none: a region is of one object. Regions
     named in `support`, as a floor is, are of none, and join nothing. `spacing` is the typical
@@ -61,7 +60,9 @@ def cluster_bodies(
 
 
 def _linked(points: FloatArray, owner: NDArray[np.intp], reach: float) -> NDArray[np.intp]:
-    """The group of each of points (n, 3): what chains within `reach`, or one region, joins."""
+    """Return the group of each of points (n, 3): what chains within `reach`, or one region,
+    joins.
+    """
     cells = np.floor((points - points.min(axis=0)) / (CELL_SHARE * reach)).astype(np.int64)
     first, cell_of = np.unique(cells, axis=0, return_index=True, return_inverse=True)[1:]
     cell_of = cell_of.ravel()
@@ -87,7 +88,8 @@ def group_sizes(points: FloatArray, reach: float) -> NDArray[np.intp]:
 def is_scatter(
     points: FloatArray, bodies: NDArray[np.intp], free: NDArray[np.bool_], spacing: float
 ) -> NDArray[np.bool_]:
-    """Which of points (n, 3), those `free` of any flat region, are too few together for a surface.
+    """Return which of points (n, 3), those `free` of any flat region, are too few together for a
+    surface.
 
     `bodies` (n,) is the object of each. A sensor puts some flying points beside an edge: they must
     not extend an object.
@@ -104,7 +106,7 @@ def is_scatter(
 
 
 def majority(values: NDArray[np.intp]) -> int:
-    """The commonest of numbers from -1 on, the least of equals; -1 where there are none.
+    """Return the commonest of numbers from -1 on, the least of equals; -1 where there are none.
 
     >>> majority(np.array([2, -1, 2, 0]))
     2

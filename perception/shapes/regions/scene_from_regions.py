@@ -1,23 +1,213 @@
 """Flat regions and the rest of the surface as a scene: shared vertices, edges, faces, objects."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.polygons import make_polygon, triangulate
-from facetlog.perception.ragged import by_group
-from facetlog.perception.scene import Body, Edge, Patch, Scene, Vertex
+from facetlog.perception.ragged import Indices, by_group, group_sums, joined
+from facetlog.perception.scene import Body, Edge, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
-from facetlog.perception.shapes.regions.outermost_points import outermost
-from facetlog.perception.shapes.regions.shared_corners import faces_with_shared_corners
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles
-from facetlog.perception.surfaces.tolerance import LENGTH_RESOLUTION
+from facetlog.perception.surfaces.scene_json.scene_checks import unsound_faces
+from facetlog.perception.surfaces.tolerance import LENGTH_RESOLUTION, SDS, WIDEST
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_FACES", "assemble_scene", "unit_vector"]
+# Corners are not merged over more than this share of a side that ends there: a thin board keeps its
+# rim.
+SIDE_SHARE = 0.25
+
+Ring = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rings:
+    """Corners of all rings of all regions, one after the other.
+
+    `points` (n, 3), `sds` (n,), `slacks` (n,) how far each may move, `bodies` (n,); `ends` number
+    the corners of each ring, and `owners` say which region each ring is of, the outline's first.
+    """
+
+    points: FloatArray
+    sds: FloatArray
+    slacks: FloatArray
+    bodies: Indices
+    ends: tuple[range, ...]
+    owners: tuple[int, ...]
+
+    @classmethod
+    def of(cls, regions: Sequence[FlatRegion], sizes: Mapping[int, float]) -> "_Rings":
+        rings = [
+            (k, r) for k, region in enumerate(regions) for r in (region.outline, *region.holes)
+        ]
+        ends, start = [], 0
+        for _, ring in rings:
+            ends.append(range(start, start + len(ring)))
+            start += len(ring)
+        owner = np.repeat([k for k, _ in rings], [len(ring) for _, ring in rings])
+        size = np.array([sizes[region.body] for region in regions])[owner]
+        sds = np.array([region.corner_sd for region in regions])[owner]
+        shorter = np.concatenate([_shorter_sides(ring) for _, ring in rings])
+        return cls(
+            np.concatenate([ring for _, ring in rings]),
+            np.maximum(sds, LENGTH_RESOLUTION * size),
+            np.minimum(SIDE_SHARE * shorter, WIDEST * size),
+            np.array([region.body for region in regions], dtype=np.int64)[owner],
+            tuple(ends),
+            tuple(k for k, _ in rings),
+        )
+
+    def merged(self) -> tuple[Indices, tuple[Vertex, ...]]:
+        """Return the vertex of each corner, and the vertices: corners within 3 sd are one."""
+        tree = cKDTree(self.points)
+        reach = np.minimum(SDS * np.sqrt(2.0) * self.sds, self.slacks)
+        pairs = tree.query_pairs(float(reach.max()), output_type="ndarray")
+        one, two = pairs.T
+        gaps = np.sqrt(((self.points[one] - self.points[two]) ** 2).sum(axis=1))
+        limits = np.minimum(SDS * np.hypot(self.sds[one], self.sds[two]), self.slacks[pairs].min(1))
+        near = (gaps <= limits) & (self.bodies[one] == self.bodies[two])
+        groups, labels = joined(len(self.points), pairs[near])
+        # the more certain corner counts for more: weights 1 / sd²
+        weights = self.sds**-2.0
+        total = group_sums(labels, weights, groups)
+        means = group_sums(labels, weights[:, None] * self.points, groups) / total[:, None]
+        off = ((self.points - means[labels]) ** 2).sum(axis=1)
+        spread = group_sums(labels, weights * off, groups) / total
+        least = np.full(groups, np.inf)
+        np.minimum.at(least, labels, self.sds)
+        variances = least**2 + spread
+        vertices = tuple(
+            Vertex(p, v * np.eye(3)) for p, v in zip(means, variances.tolist(), strict=True)
+        )
+        return labels, vertices
+
+    def with_own(
+        self, merged: Sequence[Ring], vertices: Sequence[Vertex], apart: Collection[int]
+    ) -> tuple[list[Ring], tuple[Vertex, ...]]:
+        """Return the `merged` rings, but for those numbered in `apart`, which have vertices of
+        their own behind the others.
+        """
+        loops = list(merged)
+        every = list(vertices)
+        for k in sorted(apart):
+            loops[k] = tuple(range(len(every), len(every) + len(self.ends[k])))
+            every += (
+                Vertex(self.points[i], float(self.sds[i]) ** 2 * np.eye(3)) for i in self.ends[k]
+            )
+        return loops, tuple(every)
+
+
+def _shorter_sides(ring: FloatArray) -> FloatArray:
+    """Return the shorter of the two sides (k,) that end at each corner of a ring (k, 3)."""
+    sides = np.sqrt(((np.roll(ring, -1, axis=0) - ring) ** 2).sum(axis=1))
+    shorter: FloatArray = np.minimum(sides, np.roll(sides, 1))
+    return shorter
+
+
+def faces_with_shared_corners(
+    regions: Sequence[FlatRegion], sizes: Mapping[int, float]
+) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
+    """Return the regions as faces in their order, and the vertices, those of the first face first.
+
+    Corners of one object within 3 sd are one vertex; `sizes` are the extents of the objects.
+    """
+    if not regions:
+        return (), ()
+    corners = _Rings.of(regions, sizes)
+    labels, vertices = corners.merged()
+    merged = [_without_repeats(labels[own].tolist()) for own in map(list, corners.ends)]
+    # merging would fold these rings, or push a hole across its outline: they keep their own corners
+    folded = {k for k, ring in enumerate(merged) if len(ring) < 3 or len(set(ring)) != len(ring)}
+    loops, every = corners.with_own(merged, vertices, folded)
+    unsound = set(unsound_faces(_faces_of(regions, corners, loops), every))
+    if unsound:
+        folded |= {k for k, owner in enumerate(corners.owners) if owner in unsound}
+        loops, every = corners.with_own(merged, vertices, folded)
+    return _used(_faces_of(regions, corners, loops), every)
+
+
+def _faces_of(
+    regions: Sequence[FlatRegion], corners: _Rings, loops: Sequence[Ring]
+) -> tuple[Face, ...]:
+    """Return the faces of the regions, with such loops as rings."""
+    rings: list[list[Ring]] = [[] for _ in regions]
+    for loop, owner in zip(loops, corners.owners, strict=True):
+        rings[owner].append(loop)
+    return tuple(
+        Face(outer, region.plane, tuple(holes))
+        for region, (outer, *holes) in zip(regions, rings, strict=True)
+    )
+
+
+def _used(
+    faces: tuple[Face, ...], vertices: tuple[Vertex, ...]
+) -> tuple[tuple[Face, ...], tuple[Vertex, ...]]:
+    """Return faces and the vertices that they use, numbered in the order of the faces."""
+    new: dict[int, int] = {}
+    for face in faces:
+        for ring in (face.outline, *face.holes):
+            for i in ring:
+                new.setdefault(i, len(new))
+    renamed = tuple(
+        replace(
+            face,
+            outline=tuple(new[i] for i in face.outline),
+            holes=tuple(tuple(new[i] for i in ring) for ring in face.holes),
+        )
+        for face in faces
+    )
+    return renamed, tuple(vertices[i] for i in new)
+
+
+def _without_repeats(ring: Sequence[int]) -> Ring:
+    """Return the ring without corners that repeat the one before.
+
+    >>> _without_repeats([4, 4, 7, 9, 4])
+    (7, 9, 4)
+    """
+    return tuple(a for a, b in zip(ring, (ring[-1], *ring[:-1]), strict=True) if a != b) or (
+        ring[0],
+    )
+
+
+# Directions evenly over the sphere: the farthest point to any side is missed by less than .5 % of
+# the surface's size (the nearest direction is within 6°).
+DIRECTIONS = 256
+# Products of points and directions that are held at a time: 2 MB. All of a depth camera's frame at
+# once are 600 MB, and most of the time is the system's, which clears them.
+BLOCK = 1 << 18
+
+
+def _directions() -> FloatArray:
+    """Return unit vectors (n, 3) along a spiral of golden angles."""
+    step = np.arange(DIRECTIONS) + 0.5
+    height = 1.0 - 2.0 * step / DIRECTIONS
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * step
+    radius = np.sqrt(1.0 - height**2)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+
+
+def outermost(points: FloatArray, *exactly: FloatArray) -> list[int]:
+    """Return the rows of the points (n, 3) that lie farthest out, in many directions evenly over
+    the sphere and along each given vector (3,), both ways.
+
+    >>> outermost(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.2, 0.2, 0.2]]))
+    [0, 1, 2, 3]
+    """
+    both = [side for d in exactly for side in (d, -d)]
+    sides = np.concatenate([_directions(), *(side[None] for side in both)])
+    at_once = max(1, BLOCK // len(points))
+    blocks = (sides[k : k + at_once] for k in range(0, len(sides), at_once))
+    found: list[int] = np.unique(
+        np.concatenate([(points @ block.T).argmax(axis=0) for block in blocks])
+    ).tolist()
+    return found
+
 
 # Facts are quadratic in the faces: 300 make some 200,000. What is smaller is kept as a patch.
 MOST_FACES = 300
@@ -35,7 +225,7 @@ def assemble_scene(
     whole: bool,
     warnings: Sequence[str] = (),
 ) -> Scene:
-    """The scene of flat regions and the rest of the surface, objects as their numbers say.
+    """Return the scene of flat regions and the rest of the surface, objects as their numbers say.
 
     Faces come by object and then by area, largest first; corners of an object's faces that lie
     within 3 sd are one vertex. Of each object the 300 largest regions become faces. `whole` says
@@ -80,7 +270,7 @@ def assemble_scene(
 
 
 def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
-    """The diagonal of the box round each object, by its number; -1 is what is of none."""
+    """Return the diagonal of the box round each object, by its number; -1 is what is of none."""
     points: dict[int, list[FloatArray]] = defaultdict(list)
     for region in regions:
         points[region.body].append(region.outline)
@@ -93,7 +283,7 @@ def _extents(regions: Sequence[FlatRegion], rest: Rest) -> dict[int, float]:
 
 
 def unit_vector(up: ArrayLike) -> FloatArray:
-    """Up (3,) as a unit vector; ValueError where it has no direction."""
+    """Return up (3,) as a unit vector; ValueError where it has no direction."""
     vector = np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(vector))
     if not (np.isfinite(length) and length > 0.0):
@@ -110,7 +300,7 @@ def _area(region: FlatRegion) -> float:
 def _largest(
     regions: list[FlatRegion],
 ) -> tuple[list[FlatRegion], list[FlatRegion], tuple[str, ...]]:
-    """Regions by body and area, those that are too many, and a warning of these."""
+    """Return regions by body and area, those that are too many, and a warning of these."""
     areas = {id(region): _area(region) for region in regions}
     ordered = sorted(regions, key=lambda region: (region.body, -areas[id(region)]))
     kept: list[FlatRegion] = []
@@ -133,8 +323,8 @@ def _largest(
 def _patches(
     rest: Rest, count: int, sizes: Mapping[int, float], up: ArrayLike | None
 ) -> tuple[tuple[Patch, ...], tuple[int, ...], tuple[Vertex, ...]]:
-    """One patch for each object that has any rest, the objects' numbers, and the extreme vertices
-    of the patches, numbered from `count`.
+    """Return one patch for each object that has any rest, the objects' numbers, and the extreme
+    vertices of the patches, numbered from `count`.
     """
     numbers = np.unique(rest.bodies).astype(int).tolist() if len(rest.points) else []
     exactly = () if up is None else (np.asarray(up, dtype=np.float64),)
@@ -154,7 +344,7 @@ def _patches(
 
 
 def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
-    """The rest, and points on the regions as well."""
+    """Return the rest, and points on the regions as well."""
     if not regions:
         return rest
     points, normals, areas, bodies = [rest.points], [rest.normals], [rest.areas], [rest.bodies]
@@ -170,7 +360,7 @@ def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
 
 
 def _triangles(region: FlatRegion) -> FloatArray:
-    """Triangles (m, 3, 3) that fill a region, its holes left open."""
+    """Return triangles (m, 3, 3) that fill a region, its holes left open."""
     start = region.outline[0]
     axes = plane_axes(region.plane.normal, region.outline[1] - start)
     rings = [(ring - start) @ axes.T for ring in (region.outline, *region.holes)]

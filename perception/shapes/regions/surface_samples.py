@@ -8,8 +8,6 @@ from facetlog.perception.flat_faces import cross
 from facetlog.perception.ragged import Indices, group_sums
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MOST_CELLS", "Samples", "cells_of", "sample_count", "sample_triangles", "thinned"]
-
 # A cell number is packed of three numbers of so many bits.
 CELL_BITS = 20
 MOST_CELLS = 1 << CELL_BITS
@@ -28,7 +26,7 @@ class Samples:
 
 
 def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
-    """Points on triangles (m, 3, 3), one within `spacing` of every place of each triangle.
+    """Return points on triangles (m, 3, 3), one within `spacing` of every place of each triangle.
 
     Rows run along the longest side a b, so a needle gets a row and not a square of points:
     p = (1 - v) (a + u (b - a)) + v c. A row is the lower side of its strip, because that is as
@@ -51,14 +49,14 @@ def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
 
 
 def sample_count(corners: FloatArray, spacing: float) -> int:
-    """How many samples `sample_triangles` would give."""
+    """Return how many samples `sample_triangles` would give."""
     _, _, columns, rows = _laid_out(corners, spacing)
     return int((columns * rows).sum())
 
 
 def _laid_out(corners: FloatArray, spacing: float) -> tuple[Indices, FloatArray, Indices, Indices]:
-    """Of each triangle which side is the longest, twice its area, and how many samples it has along
-    that side and across.
+    """Return which side of each triangle is the longest, twice its area, and its number of samples
+    along that side and across.
     """
     sides = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
     squares = np.array([np.einsum("ij,ij->i", side, side) for side in sides])
@@ -73,7 +71,7 @@ def _laid_out(corners: FloatArray, spacing: float) -> tuple[Indices, FloatArray,
 
 
 def cells_of(points: FloatArray, low: FloatArray, cell: float) -> Indices:
-    """Number (n,) of the cell of a grid of cubes that each point (n, 3) is in.
+    """Return the number (n,) of the cell of a grid of cubes that each point (n, 3) is in.
 
     `low` (3,) is the grid's lowest corner. At most 2^20 cells a side.
     """
@@ -89,7 +87,9 @@ def cells_of(points: FloatArray, low: FloatArray, cell: float) -> Indices:
 def thinned(
     points: FloatArray, areas: FloatArray, groups: Indices, cell: float
 ) -> tuple[Indices, Indices, FloatArray]:
-    """For each cell and group that has points: a point's index, each point's place, area sums."""
+    """Return one point's index for each cell and group with points, each point's place,
+    area sums.
+    """
     if not len(points):
         none = np.zeros(0, dtype=np.int64)
         return none, none, np.zeros(0)

@@ -1,17 +1,12 @@
 """Up where it is not given: from the floor or table that things stand on, or from the cameras."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface, Floor, find_floors
 from facetlog.perception.types import FloatArray
-
-__all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_from_cameras"]
 
 FROM_FLOOR = "up was found from the plane on which everything stands"
 FROM_CAMERAS = "up was found from the way the cameras were held"
@@ -41,24 +36,15 @@ class Up:
 
 
 def find_up(
-    points: FloatArray,
-    owner: NDArray[np.intp],
-    planes: Sequence[Plane],
-    *,
-    noise: float,
-    spacing: float,
-    up: FloatArray | None = None,
-    metric: bool = False,
+    surface: FacedSurface, up: FloatArray | None = None, *, metric: bool = False
 ) -> Up | None:
-    """Up from the one plane on which everything else stands; None where there is none, or two.
+    """Return up from the one plane on which everything else stands; None where there is none, or
+    where there are two.
 
-    `points` (n, 3) lie evenly on the surface, `owner` (n,) is the plane of each, -1: none; `noise`
-    is their sd off the planes, `spacing` the typical distance between them.
     A wall carries things too: there must be one that can only stand. With a known `up` only level
     planes are considered, and the result says which of them is the floor; where lengths are also
     metres (`metric`), also that of an empty room.
     """
-    surface = FacedSurface.of(points, owner, planes, noise=noise, spacing=spacing)
     found: list[Floor] = sorted(
         find_floors(surface, up, metric=metric), key=lambda floor: -floor.area
     )
@@ -76,7 +62,7 @@ def find_up(
 
 
 def up_from_cameras(camera_ups: FloatArray) -> Up | None:
-    """Up as the cameras (n, 3) were held, unit vectors; None where they do not agree."""
+    """Return up as the cameras (n, 3) were held, unit vectors; None where they do not agree."""
     if not len(camera_ups):
         return None
     mean = camera_ups.mean(axis=0)

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CUBES", "FreeWays"]
-
 # Cubes along the object's diagonal: a board of 2 % of it is two cubes thick.
 CUBES = 96
 # Directions flatter than this against the surface run into its own cubes: sine of 17°.
@@ -39,7 +37,9 @@ class FreeWays:
 
     @classmethod
     def of(cls, points: FloatArray, cube: float, *, margin: float = 0.0) -> "FreeWays":
-        """The free ways round the cubes that have a point (n, 3), and `margin` cubes beyond."""
+        """Return the free ways round the cubes that have a point (n, 3), and `margin` cubes
+        beyond.
+        """
         low = np.array([column.min() for column in points.T])
         high = np.array([column.max() for column in points.T])
         layers = int(np.ceil(margin)) + 1  # one is empty all round
@@ -53,7 +53,9 @@ class FreeWays:
         return cls(bits, start, cube)
 
     def share(self, places: FloatArray, ahead: FloatArray) -> FloatArray:
-        """Share (n,) of the directions before `ahead` (n, 3) that are free from places (n, 3)."""
+        """Return share (n,) of the directions before `ahead` (n, 3) that are free from places (n,
+        3).
+        """
         ways = np.array(list(_directions()), dtype=np.float64)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         rise = np.maximum(ahead @ ways.T, 0.0)
@@ -62,12 +64,14 @@ class FreeWays:
         return share
 
     def open_share(self, places: FloatArray) -> FloatArray:
-        """Share (n,) of all 26 directions that are free from places (n, 3)."""
+        """Return share (n,) of all 26 directions that are free from places (n, 3)."""
         share: FloatArray = self._free(places).mean(axis=1)
         return share
 
     def _free(self, places: FloatArray) -> NDArray[np.uint32]:
-        """1 for each direction (n, 26) that is free from the cubes of places (n, 3), else 0."""
+        """Return 1 for each direction (n, 26) that is free from the cubes of places (n, 3),
+        else 0.
+        """
         index = np.floor((places - self.low) / self.cube).astype(int)
         index = np.clip(index, 0, np.array(self.bits.shape) - 1)
         bits = self.bits[tuple(index.T)]
@@ -76,7 +80,9 @@ class FreeWays:
 
 
 def _blocked(full: NDArray[np.bool_], direction: tuple[int, int, int]) -> NDArray[np.bool_]:
-    """Cubes from which a full one lies somewhere in a direction: b(v) = full(v + d) or b(v + d)."""
+    """Return cubes from which a full one lies somewhere in a direction: b(v) = full(v + d) or b(v +
+    d).
+    """
     axis = next(k for k in range(3) if direction[k])
     ahead = np.moveaxis(full, axis, 0)
     blocked = np.zeros(ahead.shape, dtype=bool)

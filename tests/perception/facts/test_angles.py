@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.facts.angles import angle_between, pairwise_angles, probability_within
+from facetlog.perception.facts.relations import angle_between, pairwise_angles
 from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
-
-RIGHT = np.pi / 2
 
 
 def _plane(normal, first, second):
@@ -71,54 +69,3 @@ def test_all_pairs_equal_one_by_one_in_every_frame(seed):
         )
     assert (np.diag(angle) == 0).all()
     assert (np.diag(sd) == 0).all()
-
-
-def test_no_planes_have_no_angles():
-    angle, sd = pairwise_angles([])
-    assert angle.shape == sd.shape == (0, 0)
-
-
-def test_flipping_a_plane_takes_the_angle_to_its_supplement():
-    p, q = _plane([0, 0, 1], 0.02, 0.01), _plane(_turned(0.7), 0.01, 0.03)
-    (angle, sd), (other, other_sd) = angle_between(p, q), angle_between(p, q.flipped())
-    assert angle + other == pytest.approx(np.pi)
-    assert sd == pytest.approx(other_sd)
-
-
-@pytest.mark.parametrize("true_deg", [80.0, 90.0, 104.0])
-def test_probability_is_calibrated_at_the_right_angle(true_deg):
-    p, q = _plane([0, 0, 1], 0.08, 0.05), _plane(_turned(np.radians(true_deg)), 0.06, 0.08)
-    angle, sd = angle_between(p, q)
-    sampled = _sampled_angles(np.random.default_rng(2), p, q)
-    width = np.radians(15.0)
-    share = (np.abs(sampled - RIGHT) <= width).mean()
-    assert probability_within(angle, sd, RIGHT, width) == pytest.approx(share, abs=0.01)
-
-
-@pytest.mark.parametrize("true_deg", [0.0, 4.0, 176.0, 180.0])
-def test_probability_is_near_the_truth_for_parallel_planes(true_deg):
-    p, q = _plane([0, 0, 1], 0.03, 0.03), _plane(_turned(np.radians(true_deg)), 0.03, 0.03)
-    angle, sd = angle_between(p, q)
-    sampled = _sampled_angles(np.random.default_rng(3), p, q)
-    target = 0.0 if true_deg < 90 else np.pi
-    for width in np.radians([2.0, 5.0, 10.0, 20.0]):
-        share = (np.abs(sampled - target) <= width).mean()
-        off = 0.05 if width > 2 * sd else 0.2
-        assert probability_within(angle, sd, target, width) == pytest.approx(share, abs=off)
-
-
-@given(st.floats(0, np.pi), st.floats(0, 2), st.floats(0, np.pi), st.floats(0, 1))
-def test_probability_lies_between_0_and_1(angle, sd, target, tolerance):
-    p = float(probability_within(angle, sd, target, tolerance))
-    assert 0.0 <= p <= 1.0
-
-
-def test_a_sure_angle_is_within_or_not():
-    assert probability_within(1.5, 0.0, RIGHT, 0.1) == 1.0
-    assert probability_within(1.0, 0.0, RIGHT, 0.1) == 0.0
-
-
-def test_probabilities_come_in_arrays():
-    angle, sd = pairwise_angles([_plane([0, 0, 1], 0.01, 0.01), _plane([1, 0, 0], 0.01, 0.01)])
-    p = probability_within(angle, sd, RIGHT, 0.1)
-    np.testing.assert_allclose(p, [[0.0, 1.0], [1.0, 0.0]], atol=1e-9)

@@ -36,9 +36,3 @@ def test_a_change_within_a_version_makes_another_key(tmp_path: Path) -> None:
     check.rename(check.with_name("numbers.py"))
     facts_code_hash.cache_clear()
     assert len({before, changed, facts_code_hash(tmp_path)}) == 3
-
-
-def test_the_same_code_has_one_key() -> None:
-    first = facts_code_hash()
-    facts_code_hash.cache_clear()
-    assert facts_code_hash() == first

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from shapely.errors import GEOSException
 
-from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts import drawing_facts
-from facetlog.perception.facts.all_facts import fact_rows, facts_on_demand, scene_facts
-from facetlog.perception.facts.fact_schema import ON_DEMAND
+from facetlog.perception.facts.all_facts import facts_on_demand
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Pose
 
@@ -32,13 +30,6 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drawing_facts, "drawing_rows", fail)
 
 
-def test_they_are_those_of_their_kinds() -> None:
-    rows = fact_rows(SCENE, ON_DEMAND)
-    assert [fact.row for fact in facts_on_demand(SCENE)] == [
-        (kind, *row) for kind, found in rows.items() for row in found
-    ]
-
-
 @pytest.mark.usefixtures("failing")
 def test_what_fails_is_named_and_all_else_is_there(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, logger="facetlog"):
@@ -48,15 +39,3 @@ def test_what_fails_is_named_and_all_else_is_there(caplog: pytest.LogCaptureFixt
     (line,) = caplog.messages
     assert "side location conflict" in line
     assert all(kind in line for kind in DRAWN)
-
-
-@pytest.mark.usefixtures("failing")
-def test_an_explanation_is_given_without_them() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene(
-            "box",
-            [fact.row for fact in scene_facts(SCENE)],
-            on_demand=lambda: (fact.row for fact in facts_on_demand(SCENE)),
-        )
-        assert base.why("box", "box").model == "box"
-        assert base.origin("box", "f1")

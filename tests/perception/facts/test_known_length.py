@@ -63,12 +63,6 @@ def test_the_length_that_is_known_is_that_long_then(table: Scene) -> None:
     assert length == pytest.approx(3.0)
 
 
-def test_planes_stay_at_their_vertices(table: Scene) -> None:
-    scene, _ = with_known_length(table, KnownLength.parse("height = 3 m"))
-    for face in scene.faces:
-        assert np.abs(face.plane.distance(scene.points[list(face.outline)])).max() < 1e-9
-
-
 def test_the_scale_is_as_sure_as_both_lengths(table: Scene) -> None:
     high = _height(table)
     measured = np.sqrt(2) * 2e-3 / high  # two vertices of 2e-3 each

@@ -8,7 +8,6 @@ import pytest
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Edge, Face, Scene, Vertex
-from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
     l_block,
@@ -81,14 +80,6 @@ def _at_the_end(functor: str, value: float) -> bool:
         return min(value, 180.0 - value) < 1.0
     bounded = {"share", "protrusion", "elevation", "top_of", "bottom_of"}
     return functor in bounded and (value == pytest.approx(0.0) or value == pytest.approx(1.0))
-
-
-def test_the_least_rectangle_of_a_turned_one_is_itself() -> None:
-    corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0], [1.0, 0.5]])
-    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
-    direction, length, width = least_rectangle(corners @ turn.T)
-    assert (length, width) == pytest.approx((3.0, 1.0))
-    assert abs(direction @ turn[:, 0]) == pytest.approx(1.0)
 
 
 def test_a_thing_reaches_behind_a_face_as_far_as_the_side_opposite_whatever_its_edges_are() -> None:

@@ -68,17 +68,6 @@ def test_a_gate_has_one_opening_that_the_ground_closes() -> None:
     assert len(rows["frames"]) == 3
 
 
-def test_posts_without_a_lintel_have_none() -> None:
-    assert not facts(of_boxes(*POSTS, SILL))["opening"]
-
-
-def test_a_gate_of_which_up_is_not_known_has_none_but_a_frame_has() -> None:
-    assert not facts(of_boxes(*POSTS, LINTEL, up=False))["opening"]
-    rows = facts(of_boxes(*POSTS, LINTEL, SILL, up=False))
-    assert len(rows["opening"]) == 1
-    assert not rows["opening_heights"]
-
-
 @pytest.mark.parametrize(
     ("boxes", "known"),
     [((*POSTS, LINTEL), False), ((*POSTS, LINTEL, SILL), True), ((LINTEL,), True)],
@@ -90,25 +79,6 @@ def test_the_ground_may_close_more_while_up_is_not_known(
     for turn in (Rotation.identity(), Rotation.from_euler("xyz", [70.0, 10.0, 33.0], degrees=True)):
         rows = facts(of_boxes(*boxes, turned=turn.as_matrix(), up=False))
         assert bool(rows["openings_known"]) == known
-
-
-@pytest.mark.parametrize("name", ["cuboid", "wedge", "pyramid"])
-def test_of_a_convex_solid_none_are_open_even_while_up_is_not_known(name: str) -> None:
-    rows = facts(replace(build(name, {}), up=None))
-    assert rows["openings_known"]
-    assert not rows["opening"]
-
-
-MIDDLE: Box = ((POST, 0.0, 0.9), (WIDTH - POST, DEPTH, 1.1))
-
-
-@pytest.mark.parametrize(
-    "boxes",
-    [(*POSTS, LINTEL), (*POSTS, LINTEL, SILL), (*POSTS, LINTEL, SILL, MIDDLE), (LINTEL,)],
-    ids=["gate", "frame", "two", "beam"],
-)
-def test_of_a_closed_mesh_all_openings_are_known(boxes: tuple[Box, ...]) -> None:
-    assert facts(of_boxes(*boxes))["openings_known"] == [("t1",)]
 
 
 @pytest.mark.parametrize("name", ["desk", "chair", "bench", "shelf"])
@@ -164,39 +134,3 @@ def test_a_frame_that_leans_has_its_opening_in_its_two_faces(degrees: float) -> 
     ((name, length, width, sd),) = rows["opening_size"]
     assert (length, width) == pytest.approx((HEIGHT - 2 * POST, WIDTH - 2 * POST), abs=3 * sd)
     assert [opening for opening, _ in rows["opening_in"]] == [name, name]
-
-
-def test_the_size_hangs_on_no_world_frame() -> None:
-    turned = Rotation.random(random_state=4).as_matrix()
-    scene = of_boxes(*POSTS, LINTEL, turned=turned, up=False)
-    scene = replace(scene, up=turned @ UP)
-    ((_, length, width, sd),) = facts(scene)["opening_size"]
-    assert (length, width) == pytest.approx((HEIGHT - POST, WIDTH - 2 * POST), abs=3 * sd)
-
-
-def test_a_lamp_hangs_from_its_beam_and_the_beam_from_nothing() -> None:
-    lamp: Box = ((0.5, 0.0, 0.9), (0.7, DEPTH, 1.1))
-    cord: Box = ((0.58, 0.03, 1.1), (0.64, 0.07, HEIGHT - POST))
-    rows = facts(of_boxes(*POSTS, LINTEL, lamp, cord))
-    named = {round(low, 2): name for name, low, _, _ in rows["piece_heights"] if low > 0.1}
-    cord_name = next(name for low, name in named.items() if abs(low - 1.1) < 0.06)
-    beam = next(name for low, name in named.items() if abs(low - (HEIGHT - POST)) < 0.06)
-    lamp_name = next(name for low, name in named.items() if abs(low - 0.9) < 0.06)
-    assert set(rows["hangs_from"]) == {(cord_name, beam), (lamp_name, cord_name)}
-
-
-@pytest.mark.parametrize(("name", "share"), [("tray", 1.0), ("table", 0.0)])
-def test_the_floor_of_a_tray_is_enclosed_and_a_table_top_is_not(name: str, share: float) -> None:
-    rows = facts(build(name, {}))
-    floor = {face: each for face, each, _ in rows["enclosed"]}
-    heights = {face: height for face, height, _ in rows["elevation"]}
-    assert any(heights[face] > 0 and each == share for face, each in floor.items())
-
-
-def test_the_seat_of_a_chair_is_enclosed_on_one_side_of_four() -> None:
-    rows = facts(build("chair", {}))
-    heights = {face: height for face, height, _ in rows["elevation"]}
-    seat = [each for face, each, _ in rows["enclosed"] if abs(heights[face] - 0.45) < 0.001]
-    # and at the ends of the two sides beside it
-    assert all(0.25 <= each <= 0.4 for each in seat)
-    assert seat

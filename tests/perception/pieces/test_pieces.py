@@ -25,7 +25,7 @@ def facts(scene: Scene) -> FactRows:
 
 
 def kinds(rows: FactRows) -> dict[str, str]:
-    """What a person calls each piece, by its proportions."""
+    """Return the word for each piece, by its proportions."""
     found = {}
     for name, length, width, thickness, _ in rows["piece_size"]:
         thin, slender = thickness <= 0.35 * width, width <= 0.35 * length
@@ -62,16 +62,6 @@ def test_extents_of_a_table_are_those_that_it_was_built_with() -> None:
         assert (width, thickness) == pytest.approx((0.06, 0.06), abs=1e-6)
 
 
-def test_a_chair_put_together_from_boards_is_cut_where_they_meet() -> None:
-    feet = [((x, y, 0.0), (x + 0.04, y + 0.04, 0.42)) for x in (0.0, 0.36) for y in (0.0, 0.36)]
-    boards = ((0.0, 0.0, 0.42), (0.4, 0.4, 0.46)), ((0.0, 0.36, 0.46), (0.4, 0.4, 0.9))
-    rows = facts(of_boxes(*boards, *feet))
-    found = sorted((low, high) for _, low, high, _ in rows["piece_heights"])
-    assert found == [
-        pytest.approx(x, abs=1e-6) for x in (*[(0, 0.42)] * 4, (0.42, 0.46), (0.46, 0.9))
-    ]
-
-
 @pytest.mark.parametrize("thickness", [0.02, 0.03, 0.05])
 @pytest.mark.slow
 def test_boards_of_a_bookcase_are_as_thick_as_they_are_though_cells_are_thicker(
@@ -98,47 +88,6 @@ def test_legs_carry_the_back_of_a_chair_through_its_seat() -> None:
     assert not any(other in legs for _, other in carried)
     joined = sum((leg, back) in rows["joins"] for leg in legs)
     assert joined < len(legs)
-
-
-def test_faces_belong_to_the_piece_that_they_bound() -> None:
-    rows = facts(build("table", {}))
-    owned = Counter(name for name, _ in rows["piece_face"])
-    assert sorted(owned.values()) == [5, 5, 5, 5, 6]
-    assert len({face for _, face in rows["piece_face"]}) == sum(owned.values())
-
-
-def test_a_board_that_lies_is_level_and_one_that_stands_is_upright() -> None:
-    rows = facts(build("shelf", {}))
-    tilts = Counter(round(tilt) for _, tilt, _ in rows["piece_tilt"])
-    assert tilts == {0: 5, 90: 2}
-
-
-def test_a_seat_as_thick_as_its_back_goes_through_below_it_and_is_level() -> None:
-    rows = facts(build("chair", {"thickness": 0.18}))
-    blocks = [name for name, kind in kinds(rows).items() if kind == "block"]
-    lows = {name: low for name, low, _, _ in rows["piece_heights"]}
-    seat, back = sorted(blocks, key=lows.__getitem__)
-    sizes = {name: row for name, *row, _ in rows["piece_size"]}
-    assert sizes[seat] == pytest.approx((0.45, 0.45, 0.18), abs=0.03)
-    assert lows[back] == pytest.approx(0.45, abs=0.03)
-    assert (seat, back) in rows["carries"]
-    assert {tilt for name, tilt, _ in rows["piece_tilt"] if name == seat} == {0.0}
-    level = {measure: value for name, measure, value, _ in rows["piece_level"] if name == seat}
-    assert level["closed_behind"] > 0.9
-    assert level["cover"] == pytest.approx(0.6, abs=0.03)  # but for the back
-
-
-def test_of_a_cube_the_most_level_side_is_its_broad_side() -> None:
-    rows = facts(build("cuboid", {"width": 0.2, "depth": 0.2, "height": 0.203}))
-    assert [tilt for _, tilt, _ in rows["piece_tilt"]] == [0.0]
-    brick = facts(build("cuboid", {"width": 0.24, "depth": 0.07, "height": 0.115}))
-    assert [tilt for _, tilt, _ in brick["piece_tilt"]] == [90.0]
-
-
-def test_without_a_known_up_nothing_is_said_of_heights() -> None:
-    rows = facts(replace(build("table", {}), up=None))
-    assert rows["piece_size"]
-    assert not any(rows[kind] for kind in ("piece_heights", "piece_tilt", "carries", "piece_level"))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -2,22 +2,19 @@
 
 import io
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.pieces.draw_pieces import draw_pieces
 from facetlog.perception.pieces.piece_meshes import pieces_bytes
 from facetlog.perception.pieces.pieces import SLENDER, THIN, Kind
 from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces, box_corners
-from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, Pose, View
 from facetlog.rules import __file__ as rules
@@ -33,11 +30,6 @@ def _glb(scene: Scene) -> trimesh.Scene:
     return loaded
 
 
-def _implied(scene: Scene) -> Scene:
-    faces = tuple(replace(face, evidence=Evidence.IMPLIED) for face in scene.faces)
-    return replace(scene, faces=faces)
-
-
 def _view(scene: Scene) -> View:
     """A camera that looks at the scene from above one corner."""
     middle = scene.points.mean(axis=0)
@@ -49,15 +41,6 @@ def _view(scene: Scene) -> View:
     rotation = np.column_stack([right, np.cross(forward, right), forward])
     image = np.full((240, 320), 100, dtype=np.uint8)
     return View("a", image, Camera(320, 240, 480, 480, 159.5, 119.5), Pose(rotation, centre))
-
-
-def test_pieces_have_the_names_of_their_facts_and_the_words_of_models() -> None:
-    chair = build("chair", {})
-    shown = shown_pieces(chair)
-    assert [each.name for each in shown.pieces] == [
-        n for (n,) in fact_rows(chair, {"piece"})["piece"]
-    ]
-    assert sorted(each.piece.kind for each in shown.pieces) == ["bar"] * 4 + ["board"] * 2
 
 
 def test_kinds_are_bounded_as_in_the_vocabulary() -> None:
@@ -81,19 +64,6 @@ def test_a_mesh_of_pieces_has_a_closed_node_for_each_in_the_colour_of_its_kind()
         assert mesh.is_volume
         assert mesh.volume == pytest.approx(np.prod(sizes), rel=1e-4)
         assert tuple(mesh.visual.main_color[:3]) == COLOURS[each.piece.kind]
-
-
-def test_up_is_that_of_the_format() -> None:
-    table = build("table", {})
-    bounds = _glb(table).bounds
-    assert bounds[1, 1] - bounds[0, 1] == pytest.approx(float(np.ptp(table.points[:, 2])), rel=0.1)
-
-
-def test_implied_pieces_are_striped() -> None:
-    graph = _glb(_implied(build("cuboid", {})))
-    (mesh,) = graph.geometry.values()
-    assert mesh.volume == pytest.approx(float(np.prod(mesh.extents)), rel=1e-4)
-    assert len(set(mesh.visual.vertex_colors[:, 3].tolist())) == 2
 
 
 def test_what_nobody_saw_is_a_haze_round_as_many_cells() -> None:
@@ -130,27 +100,6 @@ def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
         near = drawn[v - 3 : v + 4, u - 3 : u + 4] != empty[v - 3 : v + 4, u - 3 : u + 4]
         assert near.any(axis=2).mean() > 0.5
     assert (drawn[:5, :5] == empty[:5, :5]).all()
-
-
-@pytest.mark.parametrize("angle_deg", [90.0, 180.0])
-def test_a_view_that_looks_elsewhere_shows_no_piece(angle_deg: float) -> None:
-    scene = build("chair", {})
-    view = _view(scene)
-    turn = Rotation.from_euler("y", angle_deg, degrees=True).as_matrix()
-    away = replace(view, pose=Pose(view.pose.rotation @ turn, view.pose.centre))
-    drawn = draw_pieces(away, shown_pieces(scene), "")
-    assert (drawn == draw_pieces(away, NOTHING, "")).all()
-
-
-def test_of_implied_pieces_only_stripes_are_tinted() -> None:
-    scene = build("cuboid", {})
-    view = _view(scene)
-    empty = draw_pieces(view, NOTHING, "")[:240]
-
-    def tinted(of: Scene) -> int:
-        return int((draw_pieces(view, shown_pieces(of), "")[:240] != empty).any(axis=2).sum())
-
-    assert 0.4 < tinted(_implied(scene)) / tinted(scene) < 0.75
 
 
 def test_unseen_space_whitens_the_view_behind_a_scanned_thing() -> None:

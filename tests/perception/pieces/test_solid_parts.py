@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.convex_parts import convex_joined, is_convex
-from facetlog.perception.pieces.solid_parts import solid_parts
+from facetlog.perception.pieces.solid_parts import convex_joined, is_convex, solid_parts
 
 Cells = NDArray[np.bool_]
 TURNS = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1)]
@@ -38,17 +37,6 @@ def test_a_top_and_four_legs_are_five_parts_whichever_way_it_lies(
     assert sizes(solid_parts(cells)) == [40 * 24 * 2, *[2 * 2 * 24] * 4]
 
 
-def test_sides_of_a_shelf_go_through_and_its_boards_stop_at_them() -> None:
-    sides = [((x, x + 1), (0, 8), (0, 40)) for x in (0, 17)]
-    boards = [((0, 18), (0, 8), (z, z + 1)) for z in (0, 10, 20, 30, 39)]
-    assert sizes(solid_parts(boxes((18, 8, 40), *sides, *boards))) == [320] * 2 + [128] * 5
-
-
-def test_a_board_with_a_bead_along_its_rim_is_one_part() -> None:
-    bead = ((0, 40), (0, 1), (2, 4))
-    assert sizes(solid_parts(boxes((40, 24, 4), ((0, 40), (0, 24), (0, 2)), bead))) == [2000]
-
-
 def test_a_slope_in_steps_of_cells_is_one_part() -> None:
     x, _, z = np.indices((40, 20, 20))
     cells = z < 20 - x // 2
@@ -62,10 +50,6 @@ def test_two_halves_of_a_block_are_joined_and_two_arms_of_an_angle_are_not() -> 
     assert sizes(convex_joined(parts)) == [20 * 6 * 6]
     parts[:6, :, 6:] = 3
     assert sorted(size for size in sizes(convex_joined(parts)) if size) == [6 * 6 * 14, 20 * 6 * 6]
-
-
-def test_nothing_has_no_part() -> None:
-    assert not solid_parts(np.zeros((4, 4, 4), dtype=np.bool_)).any()
 
 
 cuboids = st.tuples(*[st.tuples(st.integers(0, 14), st.integers(1, 10))] * 3)

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["box_points", "cylinder_points", "rectangle", "sphere_points", "turned"]
+__all__ = ["box_points", "boxes_points", "cylinder_points", "rectangle", "sphere_points", "turned"]
 
 
 def rectangle(
@@ -38,6 +38,21 @@ def box_points(
         parts.append(rectangle(rng, round(count * share), origin, a, b))
     points = np.concatenate(parts)
     return points + rng.normal(0.0, 1.0, points.shape) * noise
+
+
+def boxes_points(
+    *parts: tuple[tuple[float, float, float], tuple[float, float, float]],
+    count: int,
+    noise: float = 0.0,
+) -> FloatArray:
+    """Points all over boxes of these sizes and lowest corners, by their areas."""
+    areas = [2.0 * (a * b + b * c + a * c) for (a, b, c), _ in parts]
+    return np.concatenate(
+        [
+            box_points(size, round(count * area / sum(areas)), seed=k, noise=noise) + place
+            for k, ((size, place), area) in enumerate(zip(parts, areas, strict=True))
+        ]
+    )
 
 
 def cylinder_points(radius: float, height: float, count: int, noise: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What a file states of up and unit goes before the options, unless these override it."""
+"""Up and unit that a file states go before the options, unless these override them."""
 
 from pathlib import Path
 
@@ -28,26 +28,12 @@ def test_up_and_unit_of_a_gltf_file_go_before_the_options(tmp_path: Path) -> Non
     assert "--override-file" in line
 
 
-def test_options_that_agree_with_the_file_are_no_warning(tmp_path: Path) -> None:
-    path = written(tmp_path, ".glb", 1.0)
-    assert not read_shape(path, ShapeOptions((0.0, 1.0, 0.0), unit="m")).warnings
-
-
 def test_options_override_what_a_gltf_file_states(tmp_path: Path) -> None:
     path = written(tmp_path, ".glb", 1000.0)
     scene = read_shape(path, ShapeOptions(Z, unit="mm", override=True))
     assert scene.up == pytest.approx(Z)
     assert np.ptp(scene.points, axis=0) == pytest.approx([0.4, 0.3, 0.25])
     assert not scene.warnings
-
-
-def test_a_folder_of_both_kinds_is_read_alike(tmp_path: Path) -> None:
-    paths = (written(tmp_path, ".ply", 1.0), written(tmp_path, ".glb", 1.0))
-    ply, glb = (read_shape(path, ShapeOptions(Z, unit="m")) for path in paths)
-    assert ply.up == pytest.approx(Z)
-    assert glb.up == pytest.approx([0, 1, 0])
-    assert ply.metric
-    assert glb.metric
 
 
 @pytest.mark.parametrize(("suffix", "unit"), [(".glb", None), (".ply", "m")])
@@ -57,7 +43,3 @@ def test_a_thing_of_implausible_size_asks_for_the_unit(
 ) -> None:
     scene = read_shape(written(tmp_path, suffix, size), ShapeOptions(find_floor=True, unit=unit))
     assert any("--unit" in line for line in scene.warnings) == doubtful
-
-
-def test_without_a_unit_no_size_is_implausible(tmp_path: Path) -> None:
-    assert not read_shape(written(tmp_path, ".ply", 1000.0), ShapeOptions()).warnings

@@ -1,4 +1,4 @@
-"""What a sensor at one place sees of an exact scene that stands on a floor."""
+"""Scans of an exact scene that stands on a floor, from one place."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def eye_at(scene: Scene, azimuth_deg: float, height_deg: float, away: float = 2.
 
 
 def scanned(scene: Scene, eye: FloatArray) -> Scene:
-    """What `eye` (3,) sees of the scene as a body, with lines of sight to it and to the floor."""
+    """Return what `eye` (3,) sees of the scene as one body, with lines of sight to it and floor."""
     seen = one_body(seen_from(scene, eye), whole=False)
     rays = _rays(scene, eye)
     away = np.full(len(rays), np.inf)

@@ -1,4 +1,4 @@
-"""What stands between a place and the walls round it."""
+"""Points between a place and the walls round it."""
 
 import numpy as np
 from hypothesis import given

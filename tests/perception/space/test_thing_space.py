@@ -1,7 +1,5 @@
 """The space round things whose solids are known: full, free, assumed and unseen cells."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import trimesh
@@ -10,9 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from facetlog.grammar.library import BUILTIN
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_rows
-from facetlog.perception.facts.levels.bounded import Bounded
+from facetlog.perception.facts.levels.levels import Bounded
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
@@ -24,7 +21,6 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import moved, stick_table
-from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points
 from tests.perception.space.simulated_scans import eye_at, one_body, scanned
@@ -100,20 +96,6 @@ def test_of_what_is_unseen_that_shows_which_nothing_full_hides(
     assert found.would_show(axis, sense) == (shown / unseen if unseen else 0.0)
 
 
-def test_the_room_beneath_a_board_shows_from_where_it_is_open() -> None:
-    found = fact_rows(read_scene(BUILTIN / "scenes" / "table_two_legs.json"), {"unseen_towards"})
-    rows = found["unseen_towards"]
-    towards = {tuple(np.round(row[1:4], 6)): row[4] for row in rows}
-    assert all(0.0 <= share <= 1.0 for share in towards.values())
-    assert (0.0, 0.0, -1.0) not in towards  # nobody looks from below
-    assert towards[0.0, 0.0, 1.0] == 0.0  # the top hides it
-    assert max(towards.values()) > 0.9
-
-
-def test_of_what_is_known_all_round_nothing_would_show() -> None:
-    assert fact_rows(build("table", {}), {"unseen_towards"})["unseen_towards"] == []
-
-
 # walls of a bin 40 x 40 x 50 cm, 1 cm thick; its lid; and aprons of a table 1.2 x .8 m
 WALLS = (
     ((0.0, 0.0, 0.0), (0.4, 0.4, 0.01)),
@@ -131,18 +113,6 @@ def test_a_bin_is_empty_without_a_lid_and_full_with_one() -> None:
     assert enclosed_share(*WALLS, BACK, LID) > 0.95
 
 
-@pytest.mark.slow
-def test_a_box_without_a_side_is_empty_and_one_with_a_hole_in_it_is_not() -> None:
-    around_hole = (
-        ((0.0, 0.39, 0.0), (0.4, 0.4, 0.35)),
-        ((0.0, 0.39, 0.4), (0.4, 0.4, 0.5)),
-        ((0.0, 0.39, 0.3), (0.14, 0.4, 0.45)),
-        ((0.26, 0.39, 0.3), (0.4, 0.4, 0.45)),
-    )
-    assert enclosed_share(*WALLS, LID) < 0.35
-    assert enclosed_share(*WALLS, *around_hole, LID) > 0.85
-
-
 def test_the_frame_beneath_a_table_top_encloses_nothing() -> None:
     top = ((0.0, 0.0, 0.72), (1.2, 0.8, 0.75))
     legs = [((x, y, 0.0), (x + 0.06, y + 0.06, 0.72)) for x in (0.02, 1.12) for y in (0.02, 0.72)]
@@ -155,15 +125,6 @@ def test_the_frame_beneath_a_table_top_encloses_nothing() -> None:
     assert enclosed_share(top, *legs, *frame) < 0.25
 
 
-def test_nested_shells_and_a_box_inside_out_are_as_full_as_a_box() -> None:
-    box = trimesh.creation.box(extents=(0.4, 0.3, 0.2))
-    inner = trimesh.creation.box(extents=(0.3, 0.2, 0.1))
-    inside_out = box.copy()
-    inside_out.invert()
-    assert solidity(trimesh.util.concatenate([box, inner])) > 0.99
-    assert solidity(inside_out) > 0.99
-
-
 @pytest.mark.parametrize("eye", [(1.4, 0.9, 1.3), (0.5, 1.2, 2.0)])
 def test_of_an_empty_shell_round_the_sensor_nobody_knows_whether_it_is_a_thing(
     eye: tuple[float, float, float],
@@ -174,44 +135,11 @@ def test_of_an_empty_shell_round_the_sensor_nobody_knows_whether_it_is_a_thing(
     assert empty.if_full > 0.95
 
 
-def test_of_a_room_what_stands_in_it_is_the_thing() -> None:
-    shell = box_points((3.0, 2.0, 2.5), 6000)
-    block = box_points((0.5, 0.4, 0.9), 900, sides=("-x", "+x", "-y", "+y", "+z"))
-    found = solidity_of(np.concatenate([shell, block + np.array([0.6, 0.5, 0.0])]), (1.4, 0.9, 1.3))
-    assert min(found.if_free, found.if_full) > 0.9
-
-
 def solidity_of(points: FloatArray, eye: tuple[float, float, float]) -> Bounded:
     """That of the largest thing of a cloud that was seen from one place."""
     seen_from = np.tile(np.array(eye), (len(points), 1))
     memo = SceneMemo.of(scene_of_cloud(Cloud.of(points, seen_from=seen_from), up=UP))
     return max(memo.filled.values(), key=lambda filled: filled.box).solidity
-
-
-def test_a_scanned_box_is_assumed_to_be_full_behind_its_sides() -> None:
-    block = build("cuboid", {})
-    found = space(scanned(block, eye_at(block, 30.0, 35.0)))
-    assert not found.known
-    assert found.share(State.ASSUMED) > 0.7
-    assert found.share(State.ASSUMED) + found.share(State.FULL) > 0.97
-
-
-def test_without_a_sensor_what_is_behind_seen_sides_is_assumed_and_nothing_else_known() -> None:
-    block = build("cuboid", {})
-    found = space(replace(scanned(block, eye_at(block, 30.0, 35.0)), sights=()))
-    assert found.share(State.ASSUMED) > 0.7
-    table = build("table", {})
-    unseen = space(replace(scanned(table, eye_at(table, 30.0, 35.0)), sights=()))
-    assert unseen.least().solid.mean() < 0.5
-    assert not unseen.known
-
-
-def test_sight_beneath_a_table_frees_what_it_passed() -> None:
-    table = build("table", {})
-    scan = scanned(table, eye_at(table, 30.0, 25.0))
-    with_sensor, without = space(scan), space(replace(scan, sights=()))
-    assert with_sensor.share(State.FREE) > without.share(State.FREE) + 0.3
-    assert with_sensor.share(State.UNSEEN) > 0.05
 
 
 def test_stray_lines_of_pictures_do_not_open_a_box_and_places_beneath_a_table_do() -> None:

@@ -1,15 +1,10 @@
 """The two sides of a board belong to one thing, whatever edges between them were not found."""
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
-from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.scene import Scene, SeenLattice
-from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, polyhedron, together
-
-ABOVE = np.array([[3.0, 0.0, 2.0], [0.0, 3.0, 2.0], [-3.0, -3.0, 2.0]])
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron, together
+from tests.perception.facts.scene_values import faces_of_things, on_ground
 
 
 def leaf(x: float, way: int, low: float = 0.0, side: float = 0.0) -> Scene:
@@ -18,16 +13,8 @@ def leaf(x: float, way: int, low: float = 0.0, side: float = 0.0) -> Scene:
     return polyhedron(corners[::way], [(0, 1, 2, 3)])
 
 
-def things(scene: Scene) -> list[tuple[int, ...]]:
-    steps = 0.1 * np.eye(3)[:2]
-    shown = np.ones((3, 9, 9), dtype=np.bool_)
-    lattice = SeenLattice(np.array([-2.0, -2.0, 0.0]), steps, ABOVE, shown, (0, 1, 2))
-    seen = replace(scene, views=("a", "b", "c"), lattices=(lattice,))
-    return [thing.faces for thing in SceneMemo.of(seen).things]
-
-
 def test_two_sides_of_a_board_are_one_thing() -> None:
-    assert things(together(leaf(0.0, -1), leaf(0.04, 1))) == [(0, 1)]
+    assert faces_of_things(on_ground(together(leaf(0.0, -1), leaf(0.04, 1)))) == [(0, 1)]
 
 
 @pytest.mark.parametrize(
@@ -40,11 +27,7 @@ def test_two_sides_of_a_board_are_one_thing() -> None:
     ],
 )
 def test_others_are_two(other: Scene) -> None:
-    assert things(together(leaf(0.0, -1), other)) == [(0,), (1,)]
-
-
-def test_two_boxes_a_gap_apart_are_two() -> None:
-    assert len(things(together(cuboid(), moved(cuboid(), translation=(2.0, 0.0, 0.0))))) == 2
+    assert faces_of_things(on_ground(together(leaf(0.0, -1), other))) == [(0,), (1,)]
 
 
 def test_a_seat_belongs_to_what_holds_the_front_of_its_back() -> None:
@@ -53,4 +36,4 @@ def test_a_seat_belongs_to_what_holds_the_front_of_its_back() -> None:
     leg = [(0.35, 0.1, 0.0), (0.35, 0.3, 0.0), (0.35, 0.3, 0.38), (0.35, 0.1, 0.38)]
     stool = polyhedron([*seat, *leg], [(0, 1, 2, 3), (4, 5, 6, 7)])
     chair = together(stool, leaf(0.0, 1, 0.41), leaf(-0.03, -1))
-    assert things(chair) == [(0, 1, 2, 3)]
+    assert faces_of_things(on_ground(chair)) == [(0, 1, 2, 3)]

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.scene import Body, Patch, Scene, SeenLattice, Vertex
+from facetlog.perception.scene import Body, Patch, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
     moved,
@@ -15,17 +14,10 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     table,
     together,
 )
+from tests.perception.facts.scene_values import faces_of_things, first_values, on_ground
 
-ABOVE = np.array([[3.0, 0.0, 2.0], [0.0, 3.0, 2.0], [-3.0, -3.0, 2.0]])
 SEAT = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
 TOP = polyhedron([(0, 0, 0.7), (1, 0, 0.7), (1, 0.6, 0.7), (0, 0.6, 0.7)], [(0, 1, 2, 3)])
-
-
-def on_ground(scene: Scene, height: float = 0.0) -> Scene:
-    """The scene over a ground at a height, of which three views see some."""
-    corner, steps = np.array([-2.0, -2.0, height]), 0.1 * np.eye(3)[:2]
-    lattice = SeenLattice(corner, steps, ABOVE, np.ones((3, 9, 9), dtype=np.bool_), (0, 1, 2))
-    return replace(scene, views=("a", "b", "c"), lattices=(lattice,))
 
 
 def leaf(low: float, high: float, width: float = 0.4, x: float = 0.0) -> Scene:
@@ -34,47 +26,31 @@ def leaf(low: float, high: float, width: float = 0.4, x: float = 0.0) -> Scene:
     return polyhedron(corners, [(0, 1, 2, 3)])
 
 
-def values(scene: Scene, functor: str) -> dict[str, float]:
-    return {str(f.args[0]): float(f.args[1]) for f in scene_facts(scene) if f.functor == functor}
-
-
-def things(scene: Scene) -> list[tuple[int, ...]]:
-    return [thing.faces for thing in SceneMemo.of(scene).things]
-
-
 @pytest.mark.parametrize("height", [0.0, -0.2, 0.3])
 def test_heights_count_from_the_ground_that_was_seen(height: float) -> None:
     scene = on_ground(TOP, height)
-    assert values(TOP, "elevation")["f1"] == 0.0
-    assert values(scene, "elevation")["f1"] == pytest.approx(0.7 - height)
-    assert values(scene, "top_of")["t1"] == pytest.approx(0.7 - height)
-    assert values(scene, "clear_below")["f1"] == pytest.approx(0.7 - height)
+    assert first_values(TOP, "elevation")["f1"] == 0.0
+    assert first_values(scene, "elevation")["f1"] == pytest.approx(0.7 - height)
+    assert first_values(scene, "top_of")["t1"] == pytest.approx(0.7 - height)
+    assert first_values(scene, "clear_below")["f1"] == pytest.approx(0.7 - height)
     # all of its plan is taken by the top, and nothing is known to be beneath
-    assert values(scene, "cover")["f1"] == 1.0
-
-
-def test_what_reaches_the_ground_or_below_is_measured_as_without_it() -> None:
-    block = cuboid()
-    for height in (-1e-9, 0.02):
-        scene = on_ground(block, height)
-        assert values(scene, "elevation") == pytest.approx(values(block, "elevation"), abs=1e-6)
-        assert values(scene, "solidity") == pytest.approx(values(block, "solidity"))
+    assert first_values(scene, "cover")["f1"] == 1.0
 
 
 def test_heights_do_not_count_from_the_ground_where_another_thing_is_beneath() -> None:
     cup = moved(cuboid(0.1, 0.1, 0.1), translation=(0.5, 0.3, 0.8))
     scene = on_ground(together(table(), cup))
-    assert values(scene, "top_of")["t2"] == pytest.approx(0.1)
+    assert first_values(scene, "top_of")["t2"] == pytest.approx(0.1)
     beside = on_ground(together(table(), moved(cup, translation=(2.0, 0.0, 0.0))))
-    assert values(beside, "top_of")["t2"] == pytest.approx(0.9)
+    assert first_values(beside, "top_of")["t2"] == pytest.approx(0.9)
 
 
 def test_a_back_that_ends_above_its_seat_is_one_thing_with_it() -> None:
     chair = together(SEAT, leaf(0.44, 0.9))
-    assert things(chair) == [(0,), (1,)]
-    assert things(on_ground(chair)) == [(0, 1)]
+    assert faces_of_things(chair) == [(0,), (1,)]
+    assert faces_of_things(on_ground(chair)) == [(0, 1)]
     # what is about as near to the ground may stand on something else
-    assert things(on_ground(chair, 0.35)) == [(0,), (1,)]
+    assert faces_of_things(on_ground(chair, 0.35)) == [(0,), (1,)]
 
 
 def test_what_ends_above_the_ground_by_noise_alone_stands_on_it() -> None:
@@ -84,12 +60,12 @@ def test_what_ends_above_the_ground_by_noise_alone_stands_on_it() -> None:
     block = cuboid(0.3, 0.2, 0.2)
     other = moved(block, [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], (0.4, -0.1, 0.0003))
     both = together(block, other)
-    assert [len(own) for own in things(on_ground(both))] == [6, 6]
+    assert [len(own) for own in faces_of_things(on_ground(both))] == [6, 6]
 
 
 def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> None:
     card = moved(leaf(0.705, 0.9, 0.2), translation=(0.5, 0.2, 0.0))
-    assert things(on_ground(together(TOP, card))) == [(0,), (1,)]
+    assert faces_of_things(on_ground(together(TOP, card))) == [(0,), (1,)]
 
 
 def test_bodies_stay_apart_and_one_may_be_all_curved() -> None:
@@ -105,10 +81,10 @@ def test_bodies_stay_apart_and_one_may_be_all_curved() -> None:
         bodies=(Body(faces=(0,)), Body(patches=(0,))),
     )
     scene = on_ground(scene)
-    assert things(scene) == [(0,), ()]
+    assert faces_of_things(scene) == [(0,), ()]
     chair = replace(together(SEAT, leaf(0.44, 0.9)), bodies=(Body(faces=(0,)), Body(faces=(1,))))
-    assert things(on_ground(chair)) == [(0,), (1,)]
-    assert values(scene, "top_of")["t1"] == pytest.approx(0.7)
+    assert faces_of_things(on_ground(chair)) == [(0,), (1,)]
+    assert first_values(scene, "top_of")["t1"] == pytest.approx(0.7)
 
 
 def test_things_of_a_block_of_scenes_are_those_of_each_alone() -> None:

@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.facts.fact_schema import Value
-from facetlog.perception.facts.levels.shelves import shelves_below
+from facetlog.perception.facts.levels.levels import shelves_below
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import of_boxes
-from tests.perception.space.simulated_scans import eye_at, scanned
 
 KINDS = {"shelves_below", "shelves_unseen", "elevation", "upward", "top_of"}
 
@@ -94,16 +93,3 @@ def test_unseen_room_may_hold_shelves_and_what_was_seen_stays() -> None:
     third = slice(0, narrow.shape[1] // 3)
     narrow[:, third] = np.where(narrow[:, third] == State.FREE, State.UNSEEN, narrow[:, third])
     assert shelves_below(replace(space, cells=narrow), top) == (4, 4)
-
-
-@pytest.mark.parametrize("azimuth", [20.0, 110.0, 200.0, 290.0])
-@pytest.mark.parametrize(
-    ("name", "count"), [("table", 0), ("chair", 0), ("bench", 0), ("shelf", 4)]
-)
-def test_bounds_of_a_scan_hold_what_is_there(name: str, count: int, azimuth: float) -> None:
-    solid = build(name, {})
-    rows = fact_rows(scanned(solid, eye_at(solid, azimuth, 25.0)), KINDS)
-    tops = {x: h for x, h, _ in rows["top_of"]}
-    bounds = _bounds(rows)
-    fewest, most = bounds[max(bounds, key=tops.__getitem__)]
-    assert fewest <= count <= most

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.levels.sides import (
-    closed_at_back,
-    closed_sides,
+from facetlog.perception.facts.levels.levels import (
     hollow,
     open_from_two_sides,
 )
@@ -22,24 +20,6 @@ def grid(solid: NDArray[np.bool_]) -> Grid:
 
 def empty() -> NDArray[np.bool_]:
     return np.zeros((SIZE, SIZE, SIZE), dtype=np.bool_)
-
-
-def test_arms_leave_the_back_at_the_side_whose_opposite_is_open() -> None:
-    plan = np.ones((SIZE, SIZE), dtype=np.bool_)
-    tall = ~plan
-    tall[:, -1] = True  # the back
-    tall[:2, 4:] = tall[-2:, 4:] = True  # arms that end before the front
-    sides = closed_sides(plan, tall)
-    assert sides == pytest.approx((0.8, 0.8, 0.2, 1.0))
-    assert closed_at_back(sides) == 3
-
-
-def test_a_back_behind_its_seat_closes_the_seat_s_side() -> None:
-    plan, tall = np.zeros((2, SIZE, SIZE), dtype=np.bool_)
-    plan[:, :15] = True
-    tall[:10, 18] = True
-    assert closed_sides(plan, tall)[3] == pytest.approx(0.5)
-    assert closed_sides(plan, tall)[2] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -63,10 +43,3 @@ def test_a_block_has_no_hollow_side_and_a_recess_makes_one() -> None:
     solid = ~empty()
     solid[:1, 2:18, 2:18] = False  # no deeper than a panel's frame
     assert hollow(grid(solid), on_ground=True) == 0.0
-
-
-def test_what_stands_on_the_ground_may_be_open_below() -> None:
-    solid = ~empty()
-    solid[1:-1, 1:-1, :8] = False
-    assert hollow(grid(solid), on_ground=True) == 0.0
-    assert hollow(grid(solid), on_ground=False) > 0.8

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.facts.pieces.directions import angles_between, tilt
+from facetlog.perception.facts.pieces.piece_facts import angles_between
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.pieces.pieces import Piece
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -29,17 +29,6 @@ def between(one: Piece, other: Piece, up: FloatArray | None = None) -> Estimate:
     return first
 
 
-@pytest.mark.parametrize("extents", [BAR, BOARD, BLOCK])
-@given(turns, st.floats(0.0, 90.0))
-def test_two_alike_are_turned_by_as_much_as_one_was_turned(
-    extents: tuple[float, float, float], axes: np.ndarray, degrees: float
-) -> None:
-    # about its width, so that neither a bar's length nor another's broad side stays
-    turn = Rotation.from_rotvec(np.deg2rad(degrees) * np.array([0.0, 1.0, 0.0])).as_matrix()
-    found = between(piece(extents, axes), piece(extents, turn @ axes))
-    assert found.value == pytest.approx(degrees, abs=1e-4)
-
-
 @given(turns, st.floats(0.0, 360.0))
 def test_a_bar_is_square_to_a_board_that_it_carries_however_that_is_turned(
     world: np.ndarray, degrees: float
@@ -50,16 +39,6 @@ def test_a_bar_is_square_to_a_board_that_it_carries_however_that_is_turned(
     assert between(post, top).value == pytest.approx(90.0, abs=1e-4)
     rail = piece(BAR, about @ world.T)
     assert between(rail, top).value == pytest.approx(0.0, abs=1e-4)
-
-
-@pytest.mark.parametrize(("extents", "degrees"), [(BAR, 90.0), (BOARD, 0.0), (BLOCK, 0.0)])
-def test_the_angle_to_a_level_board_is_the_tilt(
-    extents: tuple[float, float, float], degrees: float
-) -> None:
-    axes = np.eye(3)[[2, 0, 1]] if extents is BAR else np.eye(3)
-    level, one = piece(BOARD, np.eye(3)), piece(extents, axes)
-    assert between(one, level, UP).value == pytest.approx(degrees, abs=1e-6)
-    assert tilt(one, UP).value == pytest.approx(degrees, abs=1e-6)
 
 
 def test_legs_are_square_to_their_top_and_along_each_other() -> None:

@@ -1,11 +1,11 @@
-"""What stands beside, or lies inside, what: boxes whose places are known."""
+"""Relations `beside` and `inside` of boxes whose places are known."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -68,21 +68,6 @@ def test_what_stands_on_another_is_not_beside_it(one: SolidBox, other: SolidBox)
     assert not beside([one, replace(other, middle=middle)], UP).any(where=~np.eye(2, dtype=bool))
 
 
-@settings(max_examples=50)
-@given(boxes, boxes, turns)
-def test_neither_order_nor_the_world_frame_tells(
-    one: SolidBox, other: SolidBox, turn: np.ndarray
-) -> None:
-    first, second = beside([one, other], UP), beside([other, one], UP)
-    assert first[0, 1] == first[1, 0] == second[0, 1]
-    # what is within a cell of a limit may come out either way by rounding
-    away = [replace(each, half=each.half + s) for s in (-1e-6, 1e-6) for each in (one, other)]
-    alike = {tuple(r.ravel()) for r in (beside(away[:2], UP), beside(away[2:], UP))}
-    if len(alike) == 1:
-        again = beside([turned(one, turn), turned(other, turn)], turn @ UP)
-        assert again.tolist() == first.tolist()
-
-
 def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certain() -> None:
     post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
     room = box((0.0, 0.0, 0.5), (2.0, 2.0, 2.0))
@@ -99,17 +84,6 @@ def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certa
     }
 
 
-def test_what_reaches_no_further_than_up_to_another_is_beside_it_all_the_same() -> None:
-    post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
-    towards = replace(post, reaches=np.array([[0.0, 0.3], [0.0, 0.0], [0.0, 0.0]]))
-    assert set(known_of_two([towards, other], UP)) == set(known_of_two([post, other], UP))
-
-
-def test_without_up_nothing_is_known_to_be_beside() -> None:
-    both = [box((0.0, 0.0, 0.0), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.0), (0.1, 0.1, 1.0))]
-    assert {name for name, *_ in known_of_two(both, None)} == {"inside"}
-
-
 def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other() -> None:
     lamp: Box = ((0.5, 0.0, 0.9), (0.7, DEPTH, 1.1))
     cord: Box = ((0.58, 0.03, 1.1), (0.64, 0.07, HEIGHT - POST))
@@ -121,15 +95,6 @@ def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other()
     beside_ = {(a, b) for a, b, known in rows["beside"] if known == "yes"}
     posts = [name for name, each in low.items() if each == 0.0]
     assert {tuple(posts), (posts[0], "o1"), (posts[1], "o1")} <= beside_
-
-
-@pytest.mark.parametrize(("name", "azimuth"), [("bench", 20.0), ("bench", 200.0)])
-def test_a_scan_from_one_side_leaves_open_what_it_does_not_know(name: str, azimuth: float) -> None:
-    solid = build(name, {})
-    rows = fact_rows(scanned(solid, eye_at(solid, azimuth, 30.0)), {"piece", "beside"})
-    pieces = len(rows["piece"])
-    between = [row for row in rows["beside"] if row[0].startswith("p") and row[1].startswith("p")]
-    assert 0 < len(between) < pieces * (pieces - 1)
 
 
 @pytest.mark.parametrize(
@@ -157,13 +122,6 @@ def test_boards_of_any_heights_overlap_by_a_share_of_their_plans(x: float, share
     found = {(i, j): s for i, j, s, _ in known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], UP)}
     assert found == {(0, 1): pytest.approx(share, abs=1e-3), (1, 0): pytest.approx(share, abs=1e-3)}
     assert not list(known_overlaps([_board(0.0, 0.7), _board(x, 0.4)], None))
-
-
-def test_how_far_what_goes_on_unseen_overlaps_another_is_not_known() -> None:
-    over = [_board(0.0, 0.7), _board(1.5, 0.4, unseen=True)]
-    assert not list(known_overlaps(over, UP))
-    beyond = [_board(0.0, 0.7, unseen=True), _board(1.5, 0.4)]
-    assert [s for _, _, s, _ in known_overlaps(beyond, UP)] == [0.0, 0.0]
 
 
 def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:

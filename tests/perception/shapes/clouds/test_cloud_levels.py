@@ -1,4 +1,4 @@
-"""What faces up, told by heights: thin boards, cushions, and what is closed all round."""
+"""Surfaces that face up, found by heights: thin boards, cushions, closed shapes."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray
-from tests.perception.shapes.sampled_shapes import box_points, sphere_points
+from tests.perception.shapes.sampled_shapes import boxes_points
 
 Z = np.array([0.0, 0.0, 1.0])
 NOISE = 0.006
@@ -18,23 +16,11 @@ COUNT = 20_000
 TABLE_AREA = 1.6
 
 
-def boxes(
-    *parts: tuple[tuple[float, float, float], tuple[float, float, float]], noise: float = NOISE
-) -> FloatArray:
-    """Points all over boxes of these sizes and lowest corners."""
-    areas = [2.0 * (a * b + b * c + a * c) for (a, b, c), _ in parts]
-    return np.concatenate(
-        [
-            box_points(size, round(COUNT * area / sum(areas)), seed=k, noise=noise) + place
-            for k, ((size, place), area) in enumerate(zip(parts, areas, strict=True))
-        ]
-    )
-
-
 def thin_table(thickness: float) -> FloatArray:
     """A table 1 × 0.6 × 0.5 on legs of 4 cm."""
     legs = [((0.04, 0.04, 0.5), (x, y, 0.0)) for x in (0.0, 0.96) for y in (0.0, 0.56)]
-    return boxes(((1.0, 0.6, thickness), (0.0, 0.0, 0.5 - thickness)), *legs)
+    top = ((1.0, 0.6, thickness), (0.0, 0.0, 0.5 - thickness))
+    return boxes_points(top, *legs, count=COUNT, noise=NOISE)
 
 
 def found(points: FloatArray, area: float, up: FloatArray = Z, unit: float = 1.0) -> list[float]:
@@ -63,52 +49,8 @@ def test_levels_turn_and_scale_with_the_cloud(seed: int, unit: float) -> None:
     )
 
 
-def test_the_inner_side_of_a_closed_box_is_no_level_but_its_lid_is() -> None:
-    closed = boxes(((0.8, 0.8, 0.4), (0.0, 0.0, 0.0)))
-    assert found(closed, 2.56) == [pytest.approx(0.4, abs=NOISE)]
-
-
-def test_an_open_box_has_its_bottom_for_a_level_and_not_its_rim() -> None:
-    sides = ("-x", "+x", "-y", "+y", "-z")
-    points = box_points((0.8, 0.8, 0.2), COUNT, noise=NOISE, sides=sides)
-    assert found(points, 1.28) == [pytest.approx(0.0, abs=NOISE)]
-
-
 def test_boards_of_a_shelf_that_is_open_in_front_are_levels_each() -> None:
     boards = [((0.8, 0.3, 0.03), (0.0, 0.0, z)) for z in (0.0, 0.4, 0.8)]
     sides = [((0.03, 0.3, 0.83), (x, 0.0, 0.0)) for x in (0.0, 0.77)]
-    heights = sorted(found(boxes(*boards, *sides), 2.5))
+    heights = sorted(found(boxes_points(*boards, *sides, count=COUNT, noise=NOISE), 2.5))
     np.testing.assert_allclose(heights, [0.03, 0.43, 0.83], atol=4.0 * NOISE)
-
-
-def test_a_ball_has_no_level_but_at_its_top() -> None:
-    heights = found(sphere_points(0.5, COUNT, NOISE), np.pi)
-    assert all(height > 0.4 for height in heights)
-
-
-def test_what_is_known_to_face_up_is_left_out() -> None:
-    points = thin_table(0.02)
-    known = points[:, 2] > 0.45
-    assert not list(levels_by_height(points, Z, known, noise=NOISE, spacing=0.009))
-
-
-def test_points_of_a_level_or_without_noise_to_measure_with_have_none() -> None:
-    sheet = box_points((1.0, 1.0, 0.0), COUNT, sides=("+z",))
-    nothing = np.zeros(len(sheet), dtype=bool)
-    assert not list(levels_by_height(sheet, Z, nothing, noise=0.0, spacing=0.009))
-    assert not list(levels_by_height(sheet, Z, nothing, noise=NOISE, spacing=0.009))
-
-
-@pytest.mark.parametrize("thickness", [0.02, 0.035])
-@pytest.mark.slow
-def test_a_scene_has_one_broad_face_that_looks_up_from_a_thin_board(thickness: float) -> None:
-    scene = scene_of_cloud(Cloud.of(thin_table(thickness)), up=Z)
-    assert [body.whole for body in scene.bodies] == [True]
-    points = scene.points
-    tops = [
-        np.ptp(points[list(face.outline)], axis=0)
-        for face in scene.faces
-        if face.plane.normal @ Z > 0.95
-    ]
-    broad = [size for size in tops if size[0] > 0.9 and size[1] > 0.5]
-    assert len(broad) == 1

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
@@ -13,9 +12,8 @@ from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTH
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
-    cylinder_points,
+    boxes_points,
     rectangle,
-    sphere_points,
     turned,
 )
 
@@ -32,13 +30,7 @@ def table(count: int = 20_000, noise: float = 0.0) -> FloatArray:
     """A table 1.2 × 0.8 × 0.7 with legs of 8 cm, its top 6 cm thick, closed all round."""
     parts = [((1.2, 0.8, 0.06), (0.0, 0.0, 0.64))]
     parts += [((0.08, 0.08, 0.64), (x, y, 0.0)) for x in (0.0, 1.12) for y in (0.0, 0.72)]
-    areas = [2.0 * (a * b + b * c + a * c) for (a, b, c), _ in parts]
-    return np.concatenate(
-        [
-            box_points(size, round(count * area / sum(areas)), seed=k, noise=noise) + place
-            for k, ((size, place), area) in enumerate(zip(parts, areas, strict=True))
-        ]
-    )
+    return boxes_points(*parts, count=count, noise=noise)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.005 * np.sqrt(14.0)])
@@ -66,13 +58,6 @@ def test_three_sides_of_a_box_look_outwards_and_are_not_whole() -> None:
     assert [body.whole for body in scene.bodies] == [False]
 
 
-def test_scene_turns_and_scales_with_its_cloud() -> None:
-    points = box_points(SIZE, 6000, noise=0.01)
-    one, two = (scene_of_cloud(Cloud.of(p)) for p in (points, 1000.0 * turned(points)))
-    assert len(one.faces) == len(two.faces) == 6
-    np.testing.assert_allclose(1000.0 * np.array(lengths(one)), lengths(two), rtol=1e-3)
-
-
 @pytest.mark.slow
 def test_table_top_looks_up_and_its_underside_down() -> None:
     scene = scene_of_cloud(Cloud.of(table(noise=0.002)), up=Z)
@@ -86,13 +71,6 @@ def test_table_top_looks_up_and_its_underside_down() -> None:
     assert len(scene.bodies) == 1
 
 
-def test_curved_surface_is_kept_as_a_patch_with_its_area() -> None:
-    scene = scene_of_cloud(Cloud.of(sphere_points(0.5, 8000, 0.0)))
-    share = sum(float(p.areas.sum()) for p in scene.patches)
-    assert share == pytest.approx(np.pi, rel=0.15)
-    assert len(scene.faces) == 0
-
-
 def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
     rng = np.random.default_rng(0)
     points = box_points(SIZE, 6000, noise=0.002)
@@ -101,12 +79,6 @@ def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
     clean, flying = (scene_of_cloud(Cloud.of(p)) for p in (points, np.vstack([points, cluster])))
     assert len(clean.faces) == len(flying.faces) == 6
     assert np.ptp(flying.points, axis=0) == pytest.approx(np.ptp(clean.points, axis=0), abs=0.02)
-
-
-def test_cylinder_wall_gives_no_box() -> None:
-    scene = scene_of_cloud(Cloud.of(cylinder_points(0.3, 0.6, 8000, 0.002)))
-    areas = sum(float(p.areas.sum()) for p in scene.patches)
-    assert areas > 0.85 * 2.0 * np.pi * 0.3 * 0.6
 
 
 def floor_and_boxes() -> FloatArray:
@@ -182,25 +154,6 @@ def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
         )
 
 
-@pytest.mark.parametrize("step", [0.001, 0.005, 0.01])
-@pytest.mark.slow
-def test_a_grid_of_coordinates_changes_no_floor_and_no_box(step: float) -> None:
-    points = np.rint(box_on_a_floor() / step) * step
-    checked_box(scene_of_cloud(Cloud.of(points), up=Z))
-
-
-@pytest.mark.parametrize("step", [0.002, 0.003, 0.01])
-@pytest.mark.parametrize("turn", [0.3, np.pi / 4.0])
-@pytest.mark.slow
-def test_a_box_across_a_grid_has_all_sides_though_its_floor_has_no_noise(
-    step: float, turn: float
-) -> None:
-    points = Rotation.from_euler("z", turn).apply(box_on_a_floor(0.0))
-    scene = scene_of_cloud(Cloud.of(np.rint(points / step) * step), up=Z)
-    (body,) = (body for body in scene.bodies if body.faces)
-    assert len(body.faces) == 5
-
-
 def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
     still = box_on_a_floor(0.0)
     on_box = (np.abs(still[:, :2]) <= [0.2, 0.15]).all(axis=1) & (still[:, 2] > 0.0)
@@ -209,31 +162,6 @@ def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
     (body,) = (body for body in scene.bodies if body.faces)
     assert len(body.faces) == 5
     assert not any(patch.areas.any() for patch in scene.patches)
-
-
-@pytest.mark.slow
-def test_noise_that_differs_in_places_changes_no_floor_and_no_box() -> None:
-    still = box_on_a_floor(0.0)
-    far = np.linalg.norm(still - [-2.0, 0.0, 1.2], axis=1)
-    patch = np.linalg.norm(still[:, :2] - [0.5, 0.5], axis=1) < 0.4
-    for noise in (0.001 * far**2, np.where(patch, 0.012, 0.001)):
-        points = box_on_a_floor(noise[:, None])
-        checked_box(scene_of_cloud(Cloud.of(points), up=Z))
-
-
-@pytest.mark.parametrize("apart", [0.5, 0.8])
-@pytest.mark.slow
-def test_boxes_near_a_floors_corners_stand_on_it(apart: float) -> None:
-    rng = np.random.default_rng(0)
-    floor = rectangle(rng, 15_000, np.array([-1.2, -1.2, 0.0]), 2.4 * X, 2.4 * Y)
-    boxes = [
-        box_points((0.4, 0.3, 0.25), 1200, seed=k, sides=("-x", "+x", "-y", "+y", "+z"))
-        + np.array([x * apart - 0.2, y * apart - 0.15, 0.0])
-        for k, (x, y) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1)))
-    ]
-    points = np.vstack([floor, *boxes])
-    scene = scene_of_cloud(Cloud.of(points + rng.normal(0.0, 0.001, points.shape)), up=Z)
-    assert [len(body.faces) for body in scene.bodies] == [5, 5, 5, 5]
 
 
 @pytest.mark.parametrize("walls", [2, 4, 5])
@@ -262,28 +190,11 @@ def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
 
 
 @pytest.mark.slow
-def test_an_empty_shell_is_a_thing() -> None:
-    points = box_points((3.0, 3.0, 2.0), 12_000, noise=0.002)
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
-    assert [len(body.faces) for body in scene.bodies] == [6]
-
-
-@pytest.mark.slow
 def test_up_is_not_known_where_nothing_is_a_floor() -> None:
     for points in (box_points(SIZE, 4000, noise=0.01), table(6000, noise=0.002)):
         scene = scene_of_cloud(Cloud.of(points))
         assert scene.up is None
         assert scene.warnings == ()
-
-
-def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
-    ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
-    ups /= np.linalg.norm(ups, axis=1)[:, None]
-    points = box_points(SIZE, 4000, noise=0.01)
-    scene = scene_of_cloud(Cloud.of(points, camera_ups=ups))
-    assert scene.up is not None
-    assert float(scene.up @ -Y) > 0.99
-    assert any("cameras" in said for said in scene.warnings)
 
 
 @pytest.mark.slow
@@ -332,17 +243,6 @@ def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: 
         assert len(scene.faces) == 6 or not fact_rows(scene, {"whole"})["whole"]
 
 
-def test_legs_of_few_points_leave_a_table_whole() -> None:
-    scene = scene_of_cloud(Cloud.of(table(2_500)), up=Z)
-    assert [body.whole for body in scene.bodies] == [True]
-
-
-def test_a_given_whole_is_kept() -> None:
-    points = box_points(SIZE, 3000, noise=0.01, sides=("+x", "+y", "+z"))
-    scene = scene_of_cloud(Cloud.of(points), whole=True)
-    assert all(body.whole for body in scene.bodies)
-
-
 def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
     rng = np.random.default_rng(0)
     floor = rectangle(rng, 4000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
@@ -357,16 +257,6 @@ def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
     assert set(bodies[4000:4300].tolist()) == {1}
     assert set(bodies[4300:5200].tolist()) == {0}
     assert bodies[-1] == -1
-
-
-def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
-    rng = np.random.default_rng(0)
-    halves = [rng.uniform(size=(200, 3)) * 0.1 + [x, 0.0, 0.0] for x in (0.0, 1.0)]
-    points = np.vstack(halves)
-    alone = cluster_bodies(points, np.full(400, -1), 0.02)
-    joined = cluster_bodies(points, np.zeros(400, dtype=np.intp), 0.02)
-    assert set(alone.tolist()) == {0, 1}
-    assert set(joined.tolist()) == {0}
 
 
 @pytest.mark.parametrize("walls", [1, 2, 4])

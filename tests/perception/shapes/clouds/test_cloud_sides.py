@@ -30,7 +30,7 @@ def on_a_floor(*sides: str) -> tuple[FloatArray, FloatArray]:
 
 
 def scan() -> FloatArray:
-    """What is seen from EYE: three sides of the box, and the floor without its shadow."""
+    """The points seen from EYE: three sides of the box, and the floor without its shadow."""
     points, is_box = on_a_floor("+x", "-y", "+z")
     way = points - EYE
     with np.errstate(divide="ignore", invalid="ignore"):

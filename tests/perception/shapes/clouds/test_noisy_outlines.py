@@ -8,7 +8,7 @@ import pytest
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.alpha_shape import covered_area
+from facetlog.perception.shapes.clouds.cloud_outlines import covered_area
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.clouds.test_cloud_scene import table
@@ -31,16 +31,6 @@ def test_noise_does_not_widen_an_area(noise: float, seed: int) -> None:
     areas, _ = covered_area(flat, np.full(len(flat), SPACING), noise)
     assert len(areas) == 1
     assert areas[0].area == pytest.approx(0.36, rel=0.07)
-
-
-def test_points_of_another_plane_that_passes_through_make_no_spur() -> None:
-    noise = 0.01
-    rng = np.random.default_rng(0)
-    # of a floor across the square, what noise puts nearer to it than to the floor
-    along = np.column_stack([rng.uniform(0.6, 1.2, 600), np.abs(rng.normal(0.0, noise, 600))])
-    flat = np.concatenate([square(noise), along[rng.uniform(size=600) < 0.4]])
-    areas, _ = covered_area(flat, np.full(len(flat), SPACING), noise)
-    assert areas[0].bounds[2] == pytest.approx(0.6, abs=5.0 * noise)
 
 
 def noisy_with_distance(points: FloatArray, eye: FloatArray, share: float) -> FloatArray:

@@ -5,12 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.clouds.points_off_faces import off_faces
+from facetlog.perception.shapes.clouds.cloud_regions import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
-from tests.perception.shapes.sampled_shapes import box_points
 
 NOISE = 0.01
 SPACING = 0.02
@@ -41,21 +38,3 @@ def test_a_face_noisier_than_the_cloud_explains_its_own_noise() -> None:
     noisy = replace(FACE, noise=3.0 * NOISE)
     off = off_faces(points, own, [noisy], noise=NOISE, spacing=SPACING)
     assert off.tolist() == [False, True]
-
-
-def test_a_face_explains_no_points_of_another_object() -> None:
-    points, other = np.array([[0.1, 0.1, 0.0]]), np.array([1])
-    assert off_faces(points, other, [FACE], noise=NOISE, spacing=SPACING).tolist() == [True]
-
-
-def test_without_faces_all_points_are_off_them() -> None:
-    assert off_faces(np.zeros((3, 3)), np.zeros(3, np.intp), [], noise=0.0, spacing=0.0).all()
-
-
-@pytest.mark.slow
-def test_a_noisy_block_reaches_no_further_than_its_faces() -> None:
-    cloud = Cloud.of(box_points((0.7, 0.5, 0.5), 20_000, noise=0.005))
-    scene = scene_of_cloud(cloud)
-    # its wildest points are 4 sd off it
-    assert np.ptp(cloud.points, axis=0).min() > 0.53
-    np.testing.assert_allclose(np.ptp(scene.points, axis=0), [0.7, 0.5, 0.5], atol=0.01)

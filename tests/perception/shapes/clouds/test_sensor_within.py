@@ -73,14 +73,3 @@ def test_the_walls_of_a_room_in_which_something_stands_do_not_warn(
         [1.7, 0.5, 0.0]
     )
     assert seen(np.concatenate([walls, block]), *eye).warnings == ()
-
-
-@pytest.mark.slow
-def test_a_table_round_its_sensor_is_no_shell() -> None:
-    top = box_points((1.2, 0.8, 0.03), 6000) + np.array([0.0, 0.0, 0.7])
-    legs = [
-        box_points((0.06, 0.06, 0.7), 500) + np.array([x, y, 0.0])
-        for x in (0.0, 1.14)
-        for y in (0.0, 0.74)
-    ]
-    assert SENSOR_WITHIN not in seen(np.concatenate([top, *legs]), 0.6, 0.4, 0.35).warnings

@@ -51,13 +51,6 @@ def test_corners_a_rounding_apart_are_one_and_others_are_not() -> None:
     assert not clean_mesh(Mesh.of(soup + 1e-3 * noise, triangles)).closed.any()
 
 
-def test_an_inner_wall_and_an_outer_wall_both_point_away_from_their_own_inside() -> None:
-    inner = block().apply_scale(0.5)
-    inner.invert()
-    both = trimesh.util.concatenate([block(), inner])
-    assert points_out(Mesh.of(both.vertices, both.faces))
-
-
 def test_a_strip_with_one_side_is_kept() -> None:
     turn = np.linspace(0, 2 * np.pi, 41)[:-1]
     rims = []

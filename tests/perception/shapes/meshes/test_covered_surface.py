@@ -1,15 +1,11 @@
 """Where boards touch or reach into each other nobody sees a face, and none is stated."""
 
-import numpy as np
 import pytest
-import trimesh
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
-from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from tests.perception.shapes.meshes.made_meshes import block, scene_of, together
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
-UP = np.array([0.0, 0.0, 1.0])
 
 LOW_STEP: Box = ((0.0, 0.0, 0.0), (0.5, 0.4, 0.2))
 FLOOR: Box = ((0.0, 0.0, 0.0), (0.4, 0.3, 0.01))
@@ -22,10 +18,7 @@ WALLS: tuple[Box, ...] = (
 
 
 def facts_of(*boxes: Box) -> FactRows:
-    made = trimesh.util.concatenate(
-        [trimesh.creation.box(bounds=np.array(bounds)) for bounds in boxes]
-    )
-    return fact_rows(scene_of_mesh(Mesh.of(made.vertices, made.faces), up=UP, metric=True))
+    return fact_rows(scene_of(together(*(block(*ends) for ends in boxes))))
 
 
 def upward_sizes(facts: FactRows) -> list[tuple[float, float]]:
@@ -50,12 +43,6 @@ def test_the_walls_of_a_crate_of_boards_are_hollow_to_its_floor() -> None:
     assert len(walls) == len(set(walls)) == 4
     (size,) = [row[1:3] for row in facts["area"] if row[0] == floor]
     assert size[0] == pytest.approx(0.38 * 0.28, rel=1e-3)
-
-
-def test_the_top_of_a_leg_beneath_a_board_is_no_face() -> None:
-    legs = [((x, y, 0.0), (x + 0.03, y + 0.03, 0.4)) for x in (0.0, 0.37) for y in (0.0, 0.27)]
-    facts = facts_of(((0.0, 0.0, 0.4), (0.4, 0.3, 0.42)), *legs)
-    assert len(facts["upward"]) == 1
 
 
 def test_things_that_stand_apart_cover_nothing() -> None:

@@ -9,8 +9,11 @@ from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes import mesh_scene
 from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
-from facetlog.perception.shapes.meshes.loose_strips import MANY_PARTS, without_loose_strips
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import (
+    MANY_PARTS,
+    scene_of_mesh,
+    without_loose_strips,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 BLOCK = trimesh.creation.box((2.0, 1.0, 1.0))
@@ -59,14 +62,6 @@ def test_wide_loose_triangles_are_kept_until_they_are_too_many() -> None:
     assert len(kept.triangles) == MANY_PARTS + 10 + 12
     with pytest.raises(InputError, match=r"dirty.ply: falls into 10,011 parts that share no"):
         _scene(_among_slivers(10_010, 0.1, 0.4))
-
-
-def test_triangles_too_narrow_to_count_are_named_where_they_are_much_of_the_surface() -> None:
-    narrow = clean_mesh(_among_slivers(100_000, 3e-6, 2.0))
-    assert len(narrow.triangles) == 12
-    (line,) = narrow.warnings
-    assert line.startswith("100,000 of 100,012 triangles, ")
-    assert not clean_mesh(_among_slivers(100, 1e-6)).warnings
 
 
 def test_more_long_thin_triangles_than_can_be_looked_at_are_refused(

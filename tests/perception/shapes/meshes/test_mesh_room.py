@@ -4,21 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from tests.perception.shapes.meshes.made_meshes import Point, block, scene_of, table, together
 
-Point = tuple[float, float, float]
 HALF, HEIGHT, THICK = 2.0, 2.4, 0.1
 CORNERS = ((-HALF, -HALF), (HALF, -HALF), (HALF, HALF), (-HALF, HALF))
-
-
-def block(low: Point, high: Point) -> trimesh.Trimesh:
-    return trimesh.creation.box(bounds=np.array([low, high]))
-
-
-def together(*parts: trimesh.Trimesh) -> trimesh.Trimesh:
-    return trimesh.util.concatenate(parts)
 
 
 def quad(*corners: Point) -> trimesh.Trimesh:
@@ -49,13 +39,6 @@ def carton(x: float, y: float) -> trimesh.Trimesh:
     return block((x - 0.2, y - 0.15, 0), (x + 0.2, y + 0.15, 0.25))
 
 
-def table() -> trimesh.Trimesh:
-    legs = (
-        block((x, y, 0), (x + 0.06, y + 0.06, 0.71)) for x in (-0.6, 0.54) for y in (-0.4, 0.34)
-    )
-    return together(block((-0.6, -0.4, 0.71), (0.6, 0.4, 0.75)), *legs)
-
-
 def sheets(count: int) -> trimesh.Trimesh:
     return together(level_sheet(0), *map(wall_sheet, range(count)))
 
@@ -82,10 +65,6 @@ def crate(length: float, width: float, height: float) -> trimesh.Trimesh:
     )
 
 
-def scene_of(made: trimesh.Trimesh, metric: bool = True) -> Scene:
-    return scene_of_mesh(Mesh.of(made.vertices, made.faces), up=(0, 0, 1), metric=metric)
-
-
 def boxes_of(scene: Scene) -> list[list[float]]:
     """Number of faces and extents of each object, in order of these."""
     found = []
@@ -105,10 +84,10 @@ ROOMS = {
     "one surface": one_surface(sheets(4)),
 }
 THINGS = {
-    "table": (table(),),
+    "table": (table(-0.6, -0.4),),
     "carton at a wall": (carton(HALF - 0.2, 0),),
     "carton in a corner": (carton(HALF - 0.2, -HALF + 0.15),),
-    "several": (table(), carton(1.5, 1.5)),
+    "several": (table(-0.6, -0.4), carton(1.5, 1.5)),
 }
 
 
@@ -125,7 +104,7 @@ def test_walls_are_told_from_a_crate_by_size_in_metres_alone() -> None:
     full = together(crate(1.2, 1.0, 0.9), carton(0.6, 0.5).apply_translation((0, 0, 0.02)))
     for scale, metric, objects in ((1.0, True, 2), (4.0, True, 1), (4.0, False, 2)):
         made = full.copy().apply_scale(scale)
-        whole = [row for row in boxes_of(scene_of(made, metric)) if row[1] > scale]
+        whole = [row for row in boxes_of(scene_of(made, metric=metric)) if row[1] > scale]
         assert len(whole) == objects - 1
 
 
@@ -184,9 +163,9 @@ def test_a_table_is_the_same_whatever_is_far_away(far: float) -> None:
     stray = trimesh.Trimesh([[far, 0, 0], [far + 0.1, 0, 0], [far, 0.1, 0.1]], [[0, 1, 2]])
     ground = quad((-far, -far, 0), (far, -far, 0), (far, far, 0), (-far, far, 0))
     beyond = carton(far, 0)
-    (bare,) = boxes_of(scene_of(table()))
+    (bare,) = boxes_of(scene_of(table(-0.6, -0.4)))
     for other in (stray, ground, beyond):
-        assert bare in boxes_of(scene_of(together(table(), other)))
+        assert bare in boxes_of(scene_of(together(table(-0.6, -0.4), other)))
 
 
 @pytest.mark.parametrize("name", ["4 sheets", "4 slabs"])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
@@ -17,32 +16,16 @@ from facetlog.perception.surfaces.contacts import side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
 from facetlog.perception.types import FloatArray
+from tests.perception.shapes.meshes.made_meshes import block, scene_of, table
 
 UP = (0.0, 0.0, 1.0)
 
 
-def box(
-    low: tuple[float, float, float], high: tuple[float, float, float], subdivided: int = 0
-) -> trimesh.Trimesh:
-    made = trimesh.creation.box(bounds=np.array([low, high]))
-    for _ in range(subdivided):
+def subdivided_box(times: int) -> trimesh.Trimesh:
+    made = block((0, 0, 0), (3, 2, 1))
+    for _ in range(times):
         made = made.subdivide()
     return made
-
-
-def table(length: float = 1.2, width: float = 0.8, overlap: float = 0.0) -> trimesh.Trimesh:
-    """Five boxes; the legs reach `overlap` into the top."""
-    legs = [
-        box((x, y, 0.0), (x + 0.06, y + 0.06, 0.7 + overlap))
-        for x in (0.05, length - 0.11)
-        for y in (0.05, width - 0.11)
-    ]
-    parts = [box((0, 0, 0.7), (length, width, 0.74)), *legs]
-    return trimesh.util.concatenate(parts)
-
-
-def scene_of(made: trimesh.Trimesh, up: object = UP) -> Scene:
-    return scene_of_mesh(Mesh.of(made.vertices, made.faces), up=np.array(up), metric=True)
 
 
 def areas(scene: Scene) -> FloatArray:
@@ -56,7 +39,7 @@ def bends_of(scene: Scene) -> list[float]:
 
 @pytest.mark.parametrize("subdivided", [0, 3])
 def test_a_cuboid_has_six_faces_eight_vertices_and_twelve_convex_edges(subdivided: int) -> None:
-    scene = scene_of(box((0, 0, 0), (3, 2, 1), subdivided))
+    scene = scene_of(subdivided_box(subdivided))
     assert (len(scene.faces), len(scene.vertices), len(scene.edges)) == (6, 8, 12)
     assert bends_of(scene) == pytest.approx([90.0] * 12)
     assert areas(scene) == pytest.approx([2, 2, 3, 3, 6, 6])
@@ -78,7 +61,7 @@ def test_five_boxes_that_touch_or_overlap_are_a_table() -> None:
 
 @pytest.mark.parametrize("spoilt", ["inside out", "random winding", "doubled", "unwelded"])
 def test_a_cuboid_stays_one_however_its_triangles_are_kept(spoilt: str) -> None:
-    made = box((0, 0, 0), (3, 2, 1), 2)
+    made = subdivided_box(2)
     vertices, triangles = np.array(made.vertices), np.array(made.faces)
     rng = np.random.default_rng(1)
     if spoilt == "inside out":
@@ -95,15 +78,6 @@ def test_a_cuboid_stays_one_however_its_triangles_are_kept(spoilt: str) -> None:
     scene = scene_of_mesh(Mesh.of(vertices, triangles))
     assert areas(scene) == pytest.approx([2, 2, 3, 3, 6, 6], rel=1e-5)
     assert bends_of(scene) == pytest.approx([90.0] * 12, abs=1e-3)
-
-
-def test_two_chairs_apart_are_two_objects_with_separate_faces() -> None:
-    one = table()
-    other = one.copy()
-    other.apply_translation((2.2, 0, 0))
-    scene = scene_of(trimesh.util.concatenate([one, other]))
-    assert len(scene.bodies) == 2
-    assert {len(body.faces) for body in scene.bodies} == {len(scene.faces) // 2}
 
 
 def test_a_ball_has_no_face_and_a_patch_of_its_area() -> None:
@@ -129,7 +103,7 @@ def test_a_frame_scale_and_order_do_not_matter() -> None:
 
 def sheets(sides: tuple[float, float, float], *left_out: int) -> Scene:
     """A block of single-layer walls without some of them: 0 and 1 are its bottom and its top."""
-    made = box((0, 0, 0), sides)
+    made = block((0, 0, 0), sides)
     keep = np.ones(len(made.faces), dtype=bool)
     for side in left_out:
         keep &= made.face_normals[:, 2] != (-1.0, 1.0)[side]
@@ -138,10 +112,6 @@ def sheets(sides: tuple[float, float, float], *left_out: int) -> Scene:
 
 def upwards(scene: Scene) -> list[float]:
     return sorted(round(float(face.plane.normal[2]), 6) + 0.0 for face in scene.faces)
-
-
-def test_a_deep_box_without_a_bottom_shows_its_outside_alone() -> None:
-    assert upwards(sheets((1.0, 0.6, 2.0), 0)) == [0, 0, 0, 0, 1]
 
 
 def test_a_tray_of_single_sheets_has_an_inside_too() -> None:
@@ -162,13 +132,6 @@ def test_a_round_leg_is_flat_at_its_ends_alone(sections: int) -> None:
     assert upwards(scene) == [-1, 1]
     ends = 2 * float(areas(scene)[0])
     assert scene.patches[0].areas.sum() == pytest.approx(made.area - ends, rel=0.01)
-
-
-def test_round_outlines_keep_few_corners_and_their_area() -> None:
-    made = trimesh.creation.cylinder(0.6, 0.05, sections=500)
-    top = scene_of(made).faces[0]
-    assert 24 <= len(top.outline) <= 64
-    assert areas(scene_of(made))[-1] == pytest.approx(np.pi * 0.36, rel=0.005)
 
 
 def grid(bow: float) -> Mesh:
@@ -194,12 +157,6 @@ def test_a_bowed_seat_is_a_face_whose_plane_is_less_sure() -> None:
     assert tilt_sds[0] < 1e-4
 
 
-def test_a_steep_bow_is_no_face() -> None:
-    assert not any(
-        face.area > 1.0 for face in FaceTable.of(scene_of_mesh(grid(1.0), up=np.array(UP))).faces
-    )
-
-
 def test_a_face_in_pieces_that_touch_without_shared_corners_is_one() -> None:
     left = [(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)]
     right = [(1, -0.5, 0), (2, -0.5, 0), (2, 1.3, 0), (1, 1.3, 0)]
@@ -216,28 +173,6 @@ def test_a_frame_has_a_face_with_a_hole() -> None:
     scene = scene_of_mesh(Mesh.of([*outer, *inner], triangles))
     assert [(len(f.outline), len(f.holes[0])) for f in scene.faces] == [(4, 4), (4, 4)]
     assert areas(scene) == pytest.approx([10.0, 10.0])
-
-
-def test_the_rest_of_a_ball_has_no_hole_in_a_grid_of_64() -> None:
-    ball = trimesh.creation.icosphere(subdivisions=2)
-    patch = scene_of(ball).patches[0]
-    cell = np.linalg.norm(np.ptp(ball.vertices, axis=0)) / 64
-    dense = ball.sample(20000, seed=1)
-    gaps = cKDTree(patch.points).query(dense)[0]
-    assert gaps.max() < cell
-
-
-@pytest.mark.parametrize("made", ["ball", "far", "huge"])
-def test_facts_of_every_mesh_can_be_stated(made: str) -> None:
-    block = box((0, 0, 0), (3, 2, 1))
-    if made == "ball":
-        block = trimesh.creation.icosphere(subdivisions=2)
-    elif made == "far":
-        block.apply_translation((1e9, -1e9, 1e9))
-    else:
-        block.apply_scale(1e9)
-    facts = scene_facts(scene_of(block))
-    assert sum(fact.functor == "face" for fact in facts) == (0 if made == "ball" else 6)
 
 
 def slivers_on_a_box(count: int, size: float, seed: int = 0) -> Mesh:

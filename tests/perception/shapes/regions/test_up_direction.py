@@ -6,6 +6,7 @@ import pytest
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface
 from facetlog.perception.shapes.regions.up_direction import find_up
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle, turned
@@ -85,6 +86,6 @@ def test_a_body_beneath_the_floor_alone_is_no_thing_on_it() -> None:
     points = np.concatenate([floor, above[above[:, 2] > 0.0], below])
     owner = np.where(np.arange(len(points)) < len(floor), 0, -1)
     plane = Plane(Z, 0.0, 1e-9 * np.eye(4))
-    up = find_up(points, owner, [plane], noise=0.002, spacing=0.02)
+    up = find_up(FacedSurface.of(points, owner, [plane], noise=0.002, spacing=0.02))
     assert up is not None
     assert float(up.direction @ Z) == pytest.approx(1.0)
