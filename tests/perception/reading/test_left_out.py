@@ -11,18 +11,6 @@ def missing(k: int) -> LeftOut:
     return LeftOut(f"{k}.png", f"picture /a/{k}.png is missing: put it there", f"/a/{k}.png")
 
 
-def test_a_single_picture_has_its_line() -> None:
-    said = ("picture /a/3.png is missing: put it there; left out",)
-    assert lines_of([missing(3)]) == said
-
-
-def test_one_fault_of_many_pictures_is_one_line() -> None:
-    (line,) = lines_of(of_16_bits(k) for k in range(12))
-    assert line == (
-        "picture /a/0.png has 16 bits: write 8; left out, and so are 1.png, 2.png, 3.png and 8 more"
-    )
-
-
 def test_each_kind_of_fault_has_a_line() -> None:
     lines = lines_of([of_16_bits(0), missing(1), of_16_bits(2)])
     assert lines == (

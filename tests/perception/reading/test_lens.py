@@ -167,12 +167,6 @@ def test_every_pixel_comes_from_within_the_picture(k1: float, k2: float) -> None
     assert lens.undistort(white).min() == 255
 
 
-def test_a_pinhole_leaves_the_picture_alone() -> None:
-    image = np.zeros((CAMERA.height, CAMERA.width), dtype=np.uint8)
-    assert Lens(CAMERA).undistort(image) is image
-    assert Lens(CAMERA, Distortion.POLYNOMIAL).pinhole is CAMERA
-
-
 def test_coefficients_that_fold_the_picture_are_refused() -> None:
     with pytest.raises(CalibrationError, match="folds"):
         _ = Lens(CAMERA, Distortion.POLYNOMIAL, (-50.0, 0.0, 0.0, 0.0)).pinhole

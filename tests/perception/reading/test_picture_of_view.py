@@ -42,25 +42,6 @@ def test_a_reduced_picture_shows_what_the_stored_one_does(tmp_path: Path, lens: 
     assert np.abs(small.astype(float) - view.image).mean() < 0.6
 
 
-def test_its_camera_sees_points_where_the_stored_picture_has_them(tmp_path: Path) -> None:
-    view = picture_of_view(posed(tmp_path / "a.png"), smooth_picture(), BENT)
-    assert view.stored is not None
-    ray = np.array([0.2, -0.1, 1.0])
-    small, large = view.camera.matrix @ ray, view.stored.camera.matrix @ ray
-    np.testing.assert_allclose(
-        (small[:2] + 0.5) * view.enlargement - 0.5, large[:2], rtol=0, atol=1e-9
-    )
-
-
-def test_a_picture_of_usual_size_is_kept_as_it_is(tmp_path: Path) -> None:
-    camera = Camera(640, 480, 600.0, 600.0, 320.0, 240.0)
-    image = smooth_picture()[:480, :640]
-    view = picture_of_view(posed(tmp_path / "a.png"), image, Lens(camera))
-    assert view.image is image
-    assert view.stored is None
-    assert view.enlargement.tolist() == [1.0, 1.0]
-
-
 def test_one_row_of_many_pixels_stays_a_row(tmp_path: Path) -> None:
     camera = Camera(5000, 1, 600.0, 600.0, 320.0, 0.0)
     view = picture_of_view(posed(tmp_path / "a.png"), np.zeros((1, 5000), np.uint8), Lens(camera))

@@ -63,12 +63,6 @@ def test_the_side_that_is_missing_is_named(middle: float, side: str) -> None:
     assert advice(round_it(seen)) == (f"from one side only: take some from {side}",)
 
 
-def test_of_a_wide_gap_several_sides_are_missing() -> None:
-    lines = advice(round_it([240 + 4 * k for k in range(15)]))
-    assert len(lines) == 3
-    assert all(line.startswith("from one side only") for line in lines)
-
-
 @pytest.mark.parametrize(
     ("pictures", "line"),
     [

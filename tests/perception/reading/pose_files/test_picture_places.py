@@ -6,7 +6,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.read_views import read_views
-from tests.perception.reading.pose_files.same_views import same_views
+from tests.perception.reading.pose_files.pose_folders import same_views
 from tests.perception.reading.view_folders import (
     colmap_rows,
     transforms,
@@ -54,15 +54,6 @@ def test_colmaps_names_may_have_backslashes(write: object, tmp_path: Path) -> No
     write(tmp_path / "sparse" / "0", rows)
     write_pictures(tmp_path / "images" / "left")
     assert len(read_views(tmp_path).views) == 3
-
-
-def test_colmaps_names_may_be_absolute(tmp_path: Path) -> None:
-    rows = [(f"/home/ann/shots/{name}", pose) for name, pose in colmap_rows()]
-    write_colmap_text(tmp_path / "sparse" / "0", rows)
-    write_pictures(tmp_path / "images")
-    found = read_views(tmp_path)
-    assert len(found.views) == 3
-    assert "below" in found.problems[0]
 
 
 def test_a_frame_that_is_there_twice_is_used_once_and_named(tmp_path: Path) -> None:

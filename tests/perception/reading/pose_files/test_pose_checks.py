@@ -14,9 +14,6 @@ from hypothesis import strategies as st
 from facetlog.errors import FacetlogError
 from facetlog.perception.reading.read_views import ViewSet, read_views
 from tests.perception.reading.view_folders import (
-    HEIGHT,
-    OF_TRANSFORMS,
-    WIDTH,
     colmap_rows,
     transforms,
     write_colmap_text,
@@ -104,7 +101,7 @@ def test_any_numbers_give_plausible_views_or_one_line(
     assert not line or "transforms.json" in line
 
 
-@pytest.mark.parametrize("factor", [1e-200, 1e-30, 1e30, 1e200])
+@pytest.mark.parametrize("factor", [1e-200, 1e200])
 def test_worlds_of_no_size_are_refused(factor: float, tmp_path: Path) -> None:
     document = transforms()
     for frame in document["frames"]:
@@ -118,26 +115,21 @@ def test_worlds_of_no_size_are_refused(factor: float, tmp_path: Path) -> None:
     ("change", "line"),
     [
         ({"fl_x": 1e-320}, r"frame 1 \('images/0.png'\): .* view angle"),
-        ({"fl_x": 1e-5}, "view angle of 180.0 degrees"),
         ({"fl_x": 1.04, "fl_y": 1.06}, "a share of the picture .* = 49.92 px are 51 degrees"),
         ({"fl_x": 1e7, "fl_y": 1e7}, "view angle"),
         ({"cx": 1e5}, "principal point"),
-        ({"cy": -1e5}, "principal point"),
         ({"fl_y": 5e4}, "times apart"),
         ({"w": None, "h": None, "cx": 49.0, "cy": 33.0}, "of a camera for pictures of 97 x 65"),
         ({"fl_x": 30.0, "fl_y": 30.0, "k1": 2}, r"distortion \(2, .* moves the picture's corners"),
         ({"up": [0, 0, 0.0]}, "up is not three numbers"),
+        ({"up": [1, 2]}, "up is not three numbers"),
+        ({"up": "z"}, "up is not three numbers"),
         ({"up": [0, 0, 10**400]}, "up is not three numbers"),
     ],
 )
 def test_numbers_of_no_camera_are_named(change: dict[str, Any], line: str, tmp_path: Path) -> None:
     with pytest.raises(FacetlogError, match=line):
         read_views(write_transforms(tmp_path, transforms() | change))
-
-
-def test_a_short_up_is_a_direction(tmp_path: Path) -> None:
-    found = read_views(write_transforms(tmp_path, transforms() | {"up": [0, 3e-200, 4e-200]}))
-    assert found.up == pytest.approx([0.0, 0.6, 0.8])
 
 
 def test_a_covariance_of_no_size_is_named(tmp_path: Path) -> None:
@@ -147,7 +139,7 @@ def test_a_covariance_of_no_size_is_named(tmp_path: Path) -> None:
         read_views(write_transforms(tmp_path, document))
 
 
-@pytest.mark.parametrize("change", [(0, 1e200), (3, 1e300), (6, 1e200), (4, 1e30)])
+@pytest.mark.parametrize("change", [(0, 1e200), (4, 1e30)])
 def test_colmaps_numbers_are_checked_as_well(change: tuple[int, float], tmp_path: Path) -> None:
     rows = colmap_rows()
     at, value = change
@@ -156,13 +148,3 @@ def test_colmaps_numbers_are_checked_as_well(change: tuple[int, float], tmp_path
     write_pictures(tmp_path / "images")
     line = read_or_refuse(tmp_path)
     assert not line or "1.png" in line
-
-
-def test_colmaps_camera_is_checked_as_well(tmp_path: Path) -> None:
-    model, number, _ = OF_TRANSFORMS
-    camera = model, number, (1.04, 1.06, 0.5, 0.5)
-    write_colmap_text(tmp_path / "sparse", colmap_rows(), camera)
-    write_pictures(tmp_path / "images")
-    with pytest.raises(FacetlogError, match=r"cameras\.txt.*share of the picture"):
-        read_views(tmp_path)
-    assert (WIDTH, HEIGHT) == (48, 32)

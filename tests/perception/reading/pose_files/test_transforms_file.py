@@ -10,7 +10,7 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.types import View
-from tests.perception.reading.pose_files.same_views import same_views
+from tests.perception.reading.pose_files.pose_folders import same_views
 from tests.perception.reading.view_folders import (
     WIDTH,
     transforms,
@@ -39,13 +39,6 @@ def test_blenders_export_gives_the_views_of_transforms_json(tmp_path: Path) -> N
     assert found.description.startswith("Blender's transforms_train.json, 3 pictures, up unknown")
 
 
-def test_both_files_in_one_folder_are_refused(tmp_path: Path) -> None:
-    folder = write_transforms(tmp_path)
-    (folder / "transforms_train.json").write_text("{}")
-    with pytest.raises(InputError, match=r"has both transforms_train\.json .* name the one to use"):
-        read_views(folder)
-
-
 def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
     lens = {"k1": 0.05, "k2": 0.01, "k3": 0.0, "k4": 0.0}
     plain = {key: value for key, value in transforms().items() if key != "camera_model"} | lens
@@ -67,16 +60,3 @@ def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
 def test_an_unclear_is_fisheye_is_named(tmp_path: Path, more: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         read_views(write_transforms(tmp_path, transforms() | more))
-
-
-def test_backslashes_in_a_name_are_slashes(tmp_path: Path) -> None:
-    document = transforms()
-    wanted = read_views(write_transforms(tmp_path / "a", document))
-    folder = write_pictures(tmp_path / "b" / "images").parent
-    for frame in document["frames"]:
-        frame["file_path"] = "images\\" + Path(frame["file_path"]).name
-    (folder / "transforms.json").write_text(json.dumps(document))
-    found = read_views(folder).views
-    assert [view.name for view in found] == [f["file_path"] for f in document["frames"]]
-    for one, other in zip(found, wanted.views, strict=True):
-        np.testing.assert_array_equal(one.image, other.image)

@@ -54,13 +54,6 @@ def test_without_the_extra_one_line_names_it_and_the_mat(
 
 
 @pytest.mark.usefixtures("with_pycolmap")
-def test_too_few_pictures_are_refused_before_any_work(tmp_path: Path) -> None:
-    line = "no mat is seen in any of 2 pictures, and without one at least 3 pictures are needed"
-    with pytest.raises(InputError, match=line):
-        read_views(plain(tmp_path / "photos", 2))
-
-
-@pytest.mark.usefixtures("with_pycolmap")
 @pytest.mark.parametrize(
     ("options", "line"),
     [
