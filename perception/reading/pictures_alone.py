@@ -7,8 +7,12 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
-from facetlog.perception.reading.sfm.mapping import can_map
-from facetlog.perception.reading.sfm.sfm_poses import NothingPlacedError, are_kept, read_by_motion
+from facetlog.perception.reading.sfm.sfm_poses import (
+    NothingPlacedError,
+    are_kept,
+    can_map,
+    read_by_motion,
+)
 from facetlog.perception.reading.shots import has_shots
 
 __all__ = ["PICTURES", "read_pictures"]
@@ -17,7 +21,8 @@ _LOG = logging.getLogger(__name__)
 
 
 def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
-    """Cameras and poses of the pictures in a folder: by a mat in metres, else without unit and up.
+    """Return cameras and poses of the pictures in a folder: by a mat in metres, else without unit
+    and up.
 
     InputError where neither way leads to them, or an option goes with neither.
     """

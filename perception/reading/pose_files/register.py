@@ -15,7 +15,7 @@ from facetlog.perception.reading.pose_files.arkit_captures import (
 )
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
-from facetlog.perception.reading.pose_files.json_file import read_json
+from facetlog.perception.reading.pose_files.file_values import read_json
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
 from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
@@ -52,7 +52,7 @@ LISTED = 8
 
 
 def poses_path(path: Path) -> Path:
-    """The poses file that a path given by the user means."""
+    """Return the poses file that a path given by the user means."""
     try:
         if path.is_dir():
             return find_poses(path)
@@ -68,8 +68,9 @@ def poses_path(path: Path) -> Path:
 
 
 def find_poses(folder: Path) -> Path:
-    """The poses file in a folder; InputError where there is none, it is not all there, or there are
-    several kinds."""
+    """Return the poses file in a folder; InputError where there is none, it is not all there, or
+    there are several kinds.
+    """
     found = _found(folder)
     if all(reader.alone for reader, _ in found):  # poses are never dropped without a word
         for reader in READERS:
@@ -87,12 +88,12 @@ def find_poses(folder: Path) -> Path:
 
 
 def has_poses(path: Path) -> bool:
-    """Whether a path given by the user means poses of pictures, and not a shape.
+    """Return whether a path given by the user means poses of pictures, and not a shape.
 
     A COLMAP model without pictures is a cloud, JSON without frames is a scene.
     """
     if path.is_dir():
-        return _has_poses(path)
+        return any(reader is not COLMAP or has_pictures(found) for reader, found in _found(path))
     reader = _reader_of(path)
     if reader is not TRANSFORMS:
         return reader is not None
@@ -104,16 +105,12 @@ def has_poses(path: Path) -> bool:
 
 
 def only_pictures(path: Path) -> bool:
-    """Whether a path is a folder of pictures, or of nothing that can be read, without poses."""
+    """Return whether a path is a folder without poses: of pictures, or nothing that is read."""
     return path.is_dir() and all(reader.alone for reader, _ in _found(path))
 
 
-def _has_poses(folder: Path) -> bool:
-    return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
-
-
 def read_poses(path: Path, options: PoseOptions) -> PosesFile:
-    """The contents of a poses file, read by the kind that its name shows."""
+    """Read a poses file of the kind that its name shows."""
     reader = _reader_of(path)
     if reader is not None:
         return find_pictures(reader.read(path, options))
@@ -128,8 +125,9 @@ def read_poses(path: Path, options: PoseOptions) -> PosesFile:
 
 
 def kind_of(path: Path, given: Path) -> str:
-    """The kind of a poses file, for people, and which of several in the folder that was given it
-    is; empty for what is none."""
+    """Return the kind of a poses file, for people, and which of several in the given folder it is;
+    empty for what is none.
+    """
     reader = _reader_of(path)
     if reader is None:
         return ""

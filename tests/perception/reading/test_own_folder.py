@@ -1,4 +1,4 @@
-"""What a poses file may name: pictures in its own folder; all else only if it is trusted."""
+"""Paths in poses files: pictures in its own folder; all else only if it is trusted."""
 
 import json
 from pathlib import Path

@@ -1,8 +1,6 @@
 """The way in: what is read, and what is refused in one line that names the file."""
 
-import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,25 +57,6 @@ def test_unit_up_and_covariances_in_the_file_are_taken_from_there(tmp_path: Path
         read_views(tmp_path, unit="mm")
     del document["frames"][1]["covariance"]
     assert read_views(write_transforms(tmp_path, document)).pose_errors is None
-    document["pose_errors"] = "huge"
-    with pytest.raises(CalibrationError, match="independent or odometry"):
-        read_views(write_transforms(tmp_path, document))
-
-
-@pytest.mark.parametrize(
-    ("rows", "said"),
-    [
-        ([[1.0] * 6] * 5, "covariance"),
-        (np.triu(np.ones((6, 6))).tolist(), "symmetric"),
-        ((-np.eye(6)).tolist(), "positive"),
-        ("six", "covariance"),
-    ],
-)
-def test_a_covariance_that_is_none_is_refused(tmp_path: Path, rows: object, said: str) -> None:
-    document = transforms()
-    document["frames"][1]["covariance"] = rows
-    with pytest.raises(CalibrationError, match=f"frame 2.*{said}"):
-        read_views(write_transforms(tmp_path, document))
 
 
 def test_a_tour_in_inches_becomes_metres_with_z_up(tmp_path: Path) -> None:
@@ -114,106 +93,20 @@ def test_a_camera_of_one_frame_goes_before_the_camera_of_all(tmp_path: Path) -> 
     assert found.views[2].image.shape == (16, 24)
 
 
-def test_a_turned_exif_flag_does_not_turn_the_picture(tmp_path: Path) -> None:
-    write_transforms(tmp_path)
-    jpeg = cv2.imencode(".jpg", picture(0), [cv2.IMWRITE_JPEG_QUALITY, 100])[1].tobytes()
-    orientation = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
-    exif = b"\xff\xe1" + (len(orientation) + 2).to_bytes(2, "big") + orientation
-    (tmp_path / "images" / "0.png").write_bytes(jpeg[:2] + exif + jpeg[2:])
-    assert read_views(tmp_path).views[0].image.shape == (32, 48)
-
-
-def _set(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
-    def change(document: dict[str, Any]) -> None:
-        document[key] = value
-
-    return change
-
-
-def _pose(matrix: Any) -> Callable[[dict[str, Any]], None]:
-    def change(document: dict[str, Any]) -> None:
-        document["frames"][1]["transform_matrix"] = matrix
-
-    return change
-
-
-def _drop(*keys: str) -> Callable[[dict[str, Any]], None]:
-    def change(document: dict[str, Any]) -> None:
-        for key in keys:
-            del document[key]
-
-    return change
-
-
-def _one_place(document: dict[str, Any]) -> None:
-    for i, frame in enumerate(document["frames"]):
-        frame["transform_matrix"][0][3] = 1e6 + 1e-5 * i
-
-
-def _keep(count: int) -> Callable[[dict[str, Any]], None]:
-    def change(document: dict[str, Any]) -> None:
-        del document["frames"][count:]
-
-    return change
-
-
-SCALED = np.diag([2.0, 2.0, 2.0, 1.0]).tolist()
-REFLECTED = np.diag([-1.0, 1.0, 1.0, 1.0]).tolist()
-HUGE = np.diag([1e308, 1e308, 1e308, 1.0]).tolist()
-PROJECTIVE = np.diag([1.0, 1.0, 1.0, 2.0]).tolist()
-
-
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (_drop("fl_x", "fl_y", "cx", "cy"), "no intrinsics"),
-        (_drop("cx"), "no cx"),
-        (_set("fl_x", -1), "above 0"),
-        (_set("fl_x", 10**400), "finite"),
-        (_set("cx", True), "finite"),
-        (_set("k1", "0.1"), "finite"),
-        (_set("w", 640.5), "whole"),
-        (_set("camera_model", "EQUIRECTANGULAR"), "PINHOLE"),
-        (_set("camera_model", ["OPENCV"]), "PINHOLE"),
-        (_set("k1", -1e9), "folds"),
-        (_pose(SCALED), "rotation"),
-        (_pose(REFLECTED), "rotation"),
-        (_pose(HUGE), "rotation"),
-        (_pose(PROJECTIVE), "0 0 0 1"),
-        (_pose([[float("nan")] * 4] * 4), "finite"),
-        (_pose([[10**400] * 4] * 4), "finite"),
-        (_pose(None), "missing"),
-        (_one_place, "one place"),
+        ({"frames": []}, "no usable views"),
+        ({"frames": transforms(1)["frames"]}, "1 usable view:"),
+        ({"frames": 3}, "frames"),
+        ({"frames": [3]}, "file_path"),
+        ({"video": "http://127.0.0.1:1/stream.mjpg"}, "recognize --follow"),
+        ({"pose_errors": "huge"}, "independent or odometry"),
     ],
 )
-def test_impossible_cameras_and_poses_are_refused(
-    tmp_path: Path, change: Callable[[dict[str, Any]], None], says: str
-) -> None:
-    document = transforms()
-    change(document)
-    with pytest.raises(CalibrationError, match=says) as caught:
-        read_views(write_transforms(tmp_path, document))
-    assert str(tmp_path / "transforms.json") in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (_keep(0), "no usable views"),
-        (_keep(1), "1 usable view:"),
-        (_set("frames", 3), "frames"),
-        (_set("frames", [3]), "file_path"),
-        (_set("video", "http://127.0.0.1:1/stream.mjpg"), "recognize --follow"),
-    ],
-)
-def test_unusable_lists_of_frames_are_refused(
-    tmp_path: Path, change: Callable[[dict[str, Any]], None], says: str
-) -> None:
-    document = transforms()
-    change(document)
+def test_unusable_documents_are_refused(tmp_path: Path, change: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        read_views(write_transforms(tmp_path, document))
+        read_views(write_transforms(tmp_path, transforms() | change))
 
 
 @pytest.mark.parametrize(
@@ -344,35 +237,21 @@ def test_folders_without_or_with_two_kinds_of_poses_are_refused(tmp_path: Path) 
     assert len(read_views(tmp_path / "both" / "poses.csv").views) == 2
 
 
+def test_a_frame_that_is_there_twice_is_used_once_and_named(tmp_path: Path) -> None:
+    document = transforms()
+    document["frames"].append(dict(document["frames"][1], file_path="./images/1.png"))
+    found = read_views(write_transforms(tmp_path, document))
+    assert len(found.views) == 3
+    assert any("images/1.png twice" in line for line in found.problems)
+    document["frames"][3]["transform_matrix"] = document["frames"][2]["transform_matrix"]
+    with pytest.raises(InputError, match="has two poses"):
+        read_views(write_transforms(tmp_path, document))
+
+
 def test_progress_counts_all_pictures(tmp_path: Path) -> None:
     calls: list[tuple[str, int, int]] = []
     read_views(write_transforms(tmp_path), progress=lambda *call: calls.append(call))
     assert calls == [("pictures", i, 3) for i in (1, 2, 3)]
-
-
-JSON = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.dictionaries(
-            st.sampled_from(["frames", "file_path", "transform_matrix", "fl_x", "w", "k1"]), inner
-        )
-    ),
-    max_leaves=12,
-)
-MATRIX = st.lists(st.lists(st.floats() | st.integers(), min_size=4, max_size=4), max_size=4)
-FRAME = st.fixed_dictionaries(
-    {"file_path": st.just("images/0.png") | st.text(max_size=6)},
-    optional={
-        "transform_matrix": MATRIX | JSON,
-        "camera_model": st.sampled_from(["OPENCV", "OPENCV_FISHEYE", "PINHOLE"]),
-        **{k: st.floats() | JSON for k in ("fl_x", "cx", "cy", "w", "k1", "p1", "camera_angle_x")},
-    },
-)
-FUZZ = settings(
-    max_examples=60,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
 
 
 def _input_error_or_views(path: Path) -> None:
@@ -384,15 +263,7 @@ def _input_error_or_views(path: Path) -> None:
         assert isinstance(found, ViewSet)
 
 
-@FUZZ
-@given(JSON | st.fixed_dictionaries({"frames": st.lists(FRAME, max_size=3)}))
-def test_no_json_makes_it_fail_otherwise(tmp_path: Path, document: Any) -> None:
-    write_transforms(tmp_path, count=2)
-    (tmp_path / "transforms.json").write_text(json.dumps(document))
-    _input_error_or_views(tmp_path)
-
-
-@FUZZ
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=60), st.sampled_from(["transforms.json", "poses.csv", "camera.toml"]))
 def test_no_bytes_make_it_fail_otherwise(tmp_path: Path, data: bytes, name: str) -> None:
     write_tour(tmp_path)

@@ -1,4 +1,4 @@
-"""What is advised: the side that is missing, height, distance; nothing where pictures suffice."""
+"""Advice on pictures of a mat: the missing side, height, distance; none where pictures suffice."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -42,7 +42,7 @@ def taken(world: World, poses: tuple[Pose, ...], camera: Camera, folder: Path, s
 
 
 def squared_errors(found: tuple[PlacedPicture, ...], poses: tuple[Pose, ...]) -> list[float]:
-    """Of each pose the normalised squared error, of six degrees of freedom."""
+    """Normalised squared error of each pose, of six degrees of freedom."""
     errors = []
     for each in found:
         true, pose = poses[int(each.picture.shot.path.stem)], each.placed.pose

@@ -138,11 +138,3 @@ def test_a_print_that_is_longer_one_way_is_named_and_allowed_for(
     (fault,) = found.faults
     assert ("% longer" if stretch > 1 else "% shorter") in fault
     assert worst_distance(found) < 0.01
-
-
-@pytest.mark.slow
-def test_a_stretched_print_in_zoomed_pictures_is_both(tmp_path: Path) -> None:
-    mixed = [enlarged(p, 1.5) if k % 2 else p for k, p in enumerate(pictures(0.97))]
-    found = mat_pictures(write_photos(tmp_path / "a", mixed))
-    assert len(found.faults) == 2
-    assert worst_distance(found) < 0.01

@@ -1,4 +1,4 @@
-"""Blender's and NeRF's transforms_train.json is read as nerfstudio's transforms.json."""
+"""Variants of transforms.json, and pictures under names that another machine wrote."""
 
 import json
 import math
@@ -13,7 +13,10 @@ from facetlog.perception.types import View
 from tests.perception.reading.pose_files.pose_folders import same_views
 from tests.perception.reading.view_folders import (
     WIDTH,
+    colmap_rows,
     transforms,
+    write_colmap_binary,
+    write_colmap_text,
     write_pictures,
     write_transforms,
 )
@@ -50,13 +53,40 @@ def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
     same_views(read_views(other).views, read_views(camera).views)
 
 
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ({"is_fisheye": "yes"}, "is_fisheye is 'yes': give true or false"),
-        ({"is_fisheye": True, "camera_model": "OPENCV"}, "is_fisheye is true, yet camera_model"),
-    ],
-)
-def test_an_unclear_is_fisheye_is_named(tmp_path: Path, more: dict[str, object], says: str) -> None:
-    with pytest.raises(InputError, match=says):
-        read_views(write_transforms(tmp_path, transforms() | more))
+@pytest.mark.parametrize("start", ["/home/ann/scan/images", "C:\\scans\\images", "D:/x/images"])
+def test_absolute_paths_of_another_machine_are_found_by_their_ends(
+    start: str, tmp_path: Path
+) -> None:
+    document = transforms()
+    slash = "\\" if "\\" in start else "/"
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"{start}{slash}{k}.png"
+    found = read_views(write_transforms(tmp_path / "a", document))
+    same_views(found.views, read_views(write_transforms(tmp_path / "b")).views)
+    (note,) = found.problems
+    assert "0.png" in note
+    assert "below" in note
+
+
+def test_of_two_files_of_a_name_that_with_the_same_folder_is_meant(tmp_path: Path) -> None:
+    folder = write_transforms(tmp_path)
+    write_pictures(folder / "thumbnails")
+    document = transforms()
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"/elsewhere/images/{k}.png"
+    write_transforms(tmp_path, document)
+    assert len(read_views(folder).views) == 3
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"/elsewhere/pictures/{k}.png"
+    write_transforms(tmp_path, document)
+    with pytest.raises(InputError, match="outside of"):
+        read_views(folder)
+
+
+@pytest.mark.parametrize("write", [write_colmap_text, write_colmap_binary])
+def test_colmaps_names_may_have_backslashes(write: object, tmp_path: Path) -> None:
+    rows = [(f"left\\{name}", pose) for name, pose in colmap_rows()]
+    assert callable(write)
+    write(tmp_path / "sparse" / "0", rows)
+    write_pictures(tmp_path / "images" / "left")
+    assert len(read_views(tmp_path).views) == 3

@@ -14,7 +14,7 @@ import facetlog
 from facetlog.cli import main
 from facetlog.errors import EngineError, InputError
 from facetlog.perception.reading.read_views import ViewSet, read_views
-from facetlog.perception.reading.sfm import mapping
+from facetlog.perception.reading.sfm import sfm_poses
 from facetlog.perception.types import Pose
 from tests.perception.reading.sfm.newspaper import BOX, CAMERA, around, taken
 
@@ -80,7 +80,7 @@ def test_what_such_poses_do_not_go_with_is_refused_before_any_work(
 def test_a_program_that_dies_is_an_error_that_says_so(
     program: str, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", program))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", program))
     with pytest.raises(EngineError, match=line):
         read_views(plain(tmp_path / "photos"))
 
@@ -142,7 +142,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert turns.max() < 1.0  # the middle of a picture is not quite where the lens looks
     assert found.views[0].camera.fx == pytest.approx(CAMERA.fx, rel=0.02)
 
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     # What is kept needs no look for a mat either.
     monkeypatch.delattr("facetlog.perception.reading.pictures_alone.read_mat")
     result = facetlog.recognize(folder, cameras=kept, scale="height = 10 cm")
@@ -157,7 +157,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert "up (an axis, or none)" in " ".join(result.scene.warnings)
 
     monkeypatch.undo()
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     taken(folder, poses[:1], first=12)  # other pictures: what is kept is of no use
     with pytest.raises(EngineError, match="ended with code 9"):
         read_views(folder, keep=kept)

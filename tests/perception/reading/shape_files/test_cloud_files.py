@@ -1,6 +1,5 @@
 """Files of point clouds: every form gives the same points, and damage is one clear line."""
 
-import io
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.clouds.cloud_files import CloudLimits, read_cloud
+from facetlog.perception.reading.shape_files.clouds.cloud_files import read_cloud
 from facetlog.perception.reading.shape_files.clouds.pcd_points import decompress_lzf
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.shape_file import Limits
 from facetlog.perception.types import FloatArray
+from tests.perception.reading.view_folders import write_colmap_binary, write_colmap_text
 
 COUNT = 40
 
@@ -283,7 +284,7 @@ def test_bad_files_are_refused_in_one_line_that_names_them(
     path = tmp_path / name
     path.write_bytes(content)
     with pytest.raises(InputError, match=message) as caught:
-        read_cloud(path, CloudLimits(points=50 if case == "a lie" else 10**6))
+        read_cloud(path, Limits(points=50 if case == "a lie" else 10**6))
     assert str(caught.value).startswith(name)
     assert "\n" not in str(caught.value)
 
@@ -294,17 +295,21 @@ def test_missing_and_too_large_files_are_refused(tmp_path: Path, points: FloatAr
     path = tmp_path / "a.ply"
     path.write_bytes(ply(points, "ascii"))
     with pytest.raises(InputError, match="more than 100; thin"):
-        read_cloud(path, CloudLimits(size_bytes=100))
+        read_cloud(path, Limits(size_bytes=100))
     with pytest.raises(InputError, match=r"no points3D\.bin.*; of pictures facetlog recognize"):
         read_cloud(tmp_path)
 
 
+# two cameras at (0, 0, -10) and (4, 0, -10), both upright: y down
+ROWS: list[tuple[str, list[float]]] = [
+    ("a.jpg", [1, 0, 0, 0, 0, 0, 10]),
+    ("b.jpg", [1, 0, 0, 0, -4, 0, 10]),
+]
+COLMAP_CAMERA = "SIMPLE_PINHOLE", 0, (500.0, 24.0, 16.0)
+
+
 def colmap_text(folder: Path, points: FloatArray) -> None:
-    folder.mkdir(parents=True)
-    (folder / "cameras.txt").write_text("# cameras\n1 SIMPLE_PINHOLE 640 480 500 320 240\n")
-    # two cameras at (0, 0, -10) and (4, 0, -10), both upright: y down
-    images = ["# images", "1 1 0 0 0 0 0 10 1 a.jpg", "1.5 2.5 -1", "2 1 0 0 0 -4 0 10 1 b.jpg", ""]
-    (folder / "images.txt").write_text("\n".join(images) + "\n")
+    write_colmap_text(folder, ROWS, COLMAP_CAMERA)
     rows = [
         f"{n} {x!r} {y!r} {z!r} 9 9 9 0.5 1 0 2 0" for n, (x, y, z) in enumerate(points.tolist())
     ]
@@ -312,15 +317,7 @@ def colmap_text(folder: Path, points: FloatArray) -> None:
 
 
 def colmap_binary(folder: Path, points: FloatArray) -> None:
-    folder.mkdir(parents=True)
-    cameras = struct.pack("<QIiQQ3d", 1, 1, 0, 640, 480, 500.0, 320.0, 240.0)
-    (folder / "cameras.bin").write_bytes(cameras)
-    images = io.BytesIO()
-    images.write(struct.pack("<Q", 2))
-    for number, shift, features in ((1, 0.0, 1), (2, -4.0, 0)):
-        images.write(struct.pack("<I7dI", number, 1, 0, 0, 0, shift, 0, 10, 1) + b"a.jpg\0")
-        images.write(struct.pack("<Q", features) + struct.pack("<ddq", 1.5, 2.5, -1) * features)
-    (folder / "images.bin").write_bytes(images.getvalue())
+    write_colmap_binary(folder, ROWS, COLMAP_CAMERA)
     body = b"".join(
         struct.pack("<Q3d3BdQ4I", n, *p, 9, 9, 9, 0.5, 2, 1, 0, 2, 0)
         for n, p in enumerate(points.tolist())

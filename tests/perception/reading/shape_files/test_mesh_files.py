@@ -11,11 +11,11 @@ from trimesh.exchange import gltf, obj, off, ply, stl
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.meshes.mesh_files import (
-    Limits,
     Mesh,
     NoTrianglesError,
     read_mesh,
 )
+from facetlog.perception.reading.shape_files.shape_file import Limits
 from tests.perception.reading.shape_files.mesh_measures import (
     AREA,
     area,
