@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -199,16 +200,14 @@ class PosesFile:
     def scaled(self, metres: float) -> "PosesFile":
         """Return the file in metres, of which its unit of length has so many."""
         units = np.array([metres] * 3 + [1.0] * 3)
-        pictures = (
-            replace(
-                each,
-                pose=Pose(each.pose.rotation, each.pose.centre * metres),
-                covariance=None
-                if each.covariance is None
-                else each.covariance * units[:, None] * units,
-            )
-            for each in self.pictures
-        )
+        pictures = []
+        for each in self.pictures:
+            pose = copy(each.pose)  # a pose made anew would change its rotation's last bits
+            centre = pose.centre * metres
+            centre.setflags(write=False)
+            object.__setattr__(pose, "centre", centre)
+            cov = None if each.covariance is None else each.covariance * np.outer(units, units)
+            pictures.append(replace(each, pose=pose, covariance=cov))
         return replace(self, pictures=tuple(pictures), metric=True)
 
 

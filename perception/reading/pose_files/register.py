@@ -1,13 +1,14 @@
-"""The kinds of poses files, and which of them a folder holds.
+"""The kinds of poses files, which of them a folder holds, and pictures without any poses.
 
 A new kind is a module here with a PoseReader, and a name in READERS.
 """
 
+import logging
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
-from facetlog.perception.reading.pictures_alone import PICTURES
 from facetlog.perception.reading.pose_files.arkit_captures import (
     POLYCAM,
     RECORD3D,
@@ -29,6 +30,13 @@ from facetlog.perception.reading.pose_files.transforms_file import (
 )
 from facetlog.perception.reading.pose_files.tum_file import TUM
 from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
+from facetlog.perception.reading.sfm.sfm_poses import (
+    NothingPlacedError,
+    are_kept,
+    can_map,
+    read_by_motion,
+)
+from facetlog.perception.reading.shots import has_shots
 from facetlog.perception.reading.video_file import COUNTED
 
 __all__ = [
@@ -41,6 +49,48 @@ __all__ = [
     "read_poses",
 ]
 
+_LOG = logging.getLogger(__name__)
+
+
+def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
+    """Return cameras and poses of the pictures in a folder: by a mat in metres, else without unit
+    and up.
+
+    InputError where neither way leads to them, or an option goes with neither.
+    """
+    if options.unit is not None:
+        raise InputError(
+            "unit is for poses of an unknown unit, and these pictures have none: a mat gives "
+            "metres (if its bar was off, give the side of a square, as 17.6mm), and without "
+            'one a known length as scale does: "height = 74 cm"'
+        )
+    if options.square is None and are_kept(folder, options):
+        return read_by_motion(folder, options)  # no mat was seen when these were made
+    try:
+        return read_mat(folder, options.square)
+    except NoMatError as exc:
+        if options.square is not None:
+            raise
+        if not can_map():
+            raise InputError(
+                f"{exc}, or let facetlog find poses by texture: pip install 'facetlog[sfm]'"
+            ) from None
+        no_mat = exc.what
+    _LOG.info("%s: %s: poses by structure from motion", folder, no_mat)
+    try:
+        return read_by_motion(folder, options)
+    except NothingPlacedError as exc:
+        raise InputError(f"{folder}: {no_mat}, and {exc}") from None
+
+
+PICTURES = PoseReader(
+    kind="pictures alone",
+    needs="pictures of a thing on a printed mat (facetlog mat -o mat.pdf)",
+    find=lambda folder: folder if has_shots(folder) else None,
+    takes=Path.is_dir,
+    read=read_pictures,
+    alone=True,
+)
 # A file is read by the first that takes it.
 READERS: tuple[PoseReader, ...] = (
     *(BLENDER, OPENMVG, POLYCAM, RECORD3D, RECORD3D_ZIP, TRANSFORMS, COLMAP),

@@ -73,8 +73,11 @@ def test_blender_exports_need_no_size_and_no_extension(tmp_path: Path) -> None:
     for frame in document["frames"]:
         frame["file_path"] = frame["file_path"].removesuffix(".png")
     folder = write_transforms(tmp_path, document)
+    (folder / "transforms.json").rename(folder / "transforms_train.json")
+    (folder / "transforms_test.json").write_text('{"frames": []}')
     _write_other_size(folder, 1, (24, 16))  # an angle is that of pictures of any size
     found = read_views(folder)
+    assert found.description.startswith("Blender's transforms_train.json, 3 pictures, up unknown")
     assert found.problems == ()
     assert [v.camera.width for v in found.views] == [48, 24, 48]
     camera = found.views[0].camera

@@ -142,7 +142,7 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
 def test_what_cannot_be_read_is_said_in_one_line(
     pictures: list[np.ndarray], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("facetlog.perception.reading.pictures_alone.can_map", lambda: False)
+    monkeypatch.setattr("facetlog.perception.reading.pose_files.register.can_map", lambda: False)
     with pytest.raises(InputError, match=line) as caught:
         read_views(write_photos(tmp_path / "a", pictures))
     assert "\n" not in str(caught.value)

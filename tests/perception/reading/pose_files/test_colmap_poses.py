@@ -1,6 +1,5 @@
 """A COLMAP model gives the views that transforms.json of the same pictures gives."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -112,23 +111,6 @@ def test_unknown_camera_models_are_named_with_the_way_out(tmp_path: Path) -> Non
         read_views(tmp_path)
     write_colmap_binary(tmp_path, colmap_rows(), ("BENT", 99, (50.0, 1.0)))
     with pytest.raises(InputError, match=r"cameras\.bin: camera 7 .* 99.*image_undistorter"):
-        read_views(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("pose", "says"),
-    [
-        ([0.0] * 4 + [0.0, 0.0, 0.0], "quaternion is of length 0"),
-        ([1.0, math.nan, 0.0, 0.0, 0.0, 0.0, 0.0], "not finite"),
-        ([1.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0], "not finite"),
-    ],
-)
-def test_poses_that_cannot_be_are_named_with_their_picture(
-    tmp_path: Path, pose: list[float], says: str
-) -> None:
-    write_pictures(tmp_path)
-    write_colmap_binary(tmp_path, [*colmap_rows(2), ("2.png", pose)])
-    with pytest.raises(CalibrationError, match=rf"images\.\w+.*'2\.png'.*{says}"):
         read_views(tmp_path)
 
 

@@ -143,6 +143,8 @@ FAULTS: list[tuple[Writer, str, str, str, str]] = [
         (write_colmap, name, old, new, says)
         for name, old, new, says in (
             ("images.txt", "1 0.0 1.0", "1 one 1.0", r"images\.txt:2: .* is not IMAGE_ID QW"),
+            ("images.txt", "1 0.0 1.0", "1 0.0 0.0", r"txt:2 \('0\.png'\): its quat.* of length 0"),
+            ("images.txt", "1 0.0 1.0", "1 nan 1.0", r"txt:2 \('0\.png'\): .* not finite"),
             ("images.txt", " 7 0.png", " 7", r"images\.txt:2: .* is not IMAGE_ID QW"),
             ("images.txt", " 7 0.png", " 8 0.png", r"'0\.png'\): there is no camera 8"),
             ("images.txt", "1.5 2.5 -1 3.5", "1.5 2.5 -1", r"images\.txt:2: the line after it"),

@@ -40,7 +40,7 @@ def without_pycolmap(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def with_pycolmap(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("facetlog.perception.reading.pictures_alone.can_map", lambda: True)
+    monkeypatch.setattr("facetlog.perception.reading.pose_files.register.can_map", lambda: True)
 
 
 @pytest.mark.usefixtures("without_pycolmap")
@@ -144,7 +144,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     # What is kept needs no look for a mat either.
-    monkeypatch.delattr("facetlog.perception.reading.pictures_alone.read_mat")
+    monkeypatch.delattr("facetlog.perception.reading.pose_files.register.read_mat")
     result = facetlog.recognize(folder, cameras=kept, scale="height = 10 cm")
     assert "t1 is a box (" in str(result)
     assert result.scene.metric

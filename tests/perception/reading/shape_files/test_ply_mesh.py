@@ -70,14 +70,13 @@ def test_faces_of_different_sizes(tmp_path: Path, encoding: str, *, more: bool, 
     assert mesh.warnings == ()
 
 
-@pytest.mark.parametrize("encoding", ORDERS)
 @pytest.mark.parametrize(
-    ("types", "kinds"),
+    ("encoding", "types", "kinds"),
     [
-        (("uint8", "uint32"), ("u1", "u4")),
-        (("int", "uint64"), ("i4", "u8")),
-        (("ushort", "short"), ("u2", "i2")),
-        (("char", "float"), ("i1", "f4")),
+        ("ascii", ("uint8", "uint32"), ("u1", "u4")),
+        ("binary_little_endian", ("int", "uint64"), ("i4", "u8")),
+        ("binary_big_endian", ("ushort", "short"), ("u2", "i2")),
+        ("binary_big_endian", ("char", "float"), ("i1", "f4")),
     ],
 )
 def test_types_and_names_of_lists(
