@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
-import cv2
 import numpy as np
 
 from facetlog.errors import CalibrationError
@@ -129,6 +128,8 @@ class Lens:
         """
         if self.is_pinhole:
             return image
+        import cv2  # loaded only now: COLMAP's clouds need the names of lenses alone
+
         height, width = image.shape
         camera = self.pinhole.resized(width, height)
         lens = replace(self, camera=self.camera.resized(width, height))

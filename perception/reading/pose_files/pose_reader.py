@@ -69,7 +69,7 @@ def with_unit(
         file = read(path)
         if file.unit and options.unit and file.unit != options.unit:
             raise InputError(
-                f"{path} says unit {file.unit!r}, and {options.unit!r} was given: leave one out"
+                f"{path}: its unit is {file.unit!r}, and {options.unit!r} was given: leave one out"
             )
         unit = file.unit or options.unit or default
         return file if unit is None else file.scaled(metres_per(unit, "--unit"))

@@ -53,7 +53,7 @@ def test_unit_up_and_covariances_in_the_file_are_taken_from_there(tmp_path: Path
     again = read_views(write_transforms(tmp_path, document))
     assert again.pose_errors is not None
     assert again.pose_errors.kind is PoseErrorKind.INDEPENDENT
-    with pytest.raises(InputError, match="says unit 'cm', and 'mm' was given: leave one out"):
+    with pytest.raises(InputError, match="its unit is 'cm', and 'mm' was given: leave one out"):
         read_views(tmp_path, unit="mm")
     del document["frames"][1]["covariance"]
     assert read_views(write_transforms(tmp_path, document)).pose_errors is None
