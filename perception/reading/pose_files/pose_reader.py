@@ -72,7 +72,7 @@ def with_unit(
                 f"{path}: its unit is {file.unit!r}, and {options.unit!r} was given: leave one out"
             )
         unit = file.unit or options.unit or default
-        return file if unit is None else file.scaled(metres_per(unit, "--unit"))
+        return file if unit is None else file.to_metres(metres_per(unit, "--unit"))
 
     return read_with_unit
 

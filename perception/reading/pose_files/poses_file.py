@@ -197,7 +197,7 @@ class PosesFile:
     advice: str = ""
     unit: str | None = None
 
-    def scaled(self, metres: float) -> "PosesFile":
+    def to_metres(self, metres: float) -> "PosesFile":
         """Return the file in metres, of which its unit of length has so many."""
         units = np.array([metres] * 3 + [1.0] * 3)
         pictures = []

@@ -50,7 +50,7 @@ class ShapeFile:
         return "thin the cloud" if self.kind == "cloud" else "reduce the mesh"
 
     @contextmanager
-    def translated_errors(self) -> Iterator[None]:
+    def translate_errors(self) -> Iterator[None]:
         """Raise InputError for a file that cannot be opened, or does not fit into memory."""
         try:
             yield

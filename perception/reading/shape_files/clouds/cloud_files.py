@@ -37,7 +37,7 @@ def read_cloud(path: Path, limits: Limits = DEFAULT_LIMITS) -> Cloud:
     """
     shape = ShapeFile(path, "cloud", limits)
     suffix = path.suffix.lower()
-    with shape.translated_errors():
+    with shape.translate_errors():
         if path.is_dir():
             model = find_colmap_model(path)
             if model is None:

@@ -115,7 +115,7 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
         raise shape.error(f"is no mesh file; give one of {', '.join(MESH_SUFFIXES)}")
     try:
         # what is not finite is left out below
-        with shape.translated_errors(), np.errstate(all="ignore"):
+        with shape.translate_errors(), np.errstate(all="ignore"):
             shape.check_size()
             found = _READERS[suffix](path.read_bytes(), shape)
             mesh = Mesh.of(
