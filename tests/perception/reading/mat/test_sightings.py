@@ -32,11 +32,6 @@ def test_blur_is_measured_to_a_quarter(blur_px: float) -> None:
     assert found.blur_px == pytest.approx(np.hypot(blur_px, 0.33), rel=0.25)
 
 
-def test_a_picture_without_a_mat_shows_none() -> None:
-    assert sighting(np.full((240, 320), 128, dtype=np.uint8)) is None
-    assert sighting(photo(A4, POSE)[:, :60]) is None
-
-
 def test_two_mats_in_one_picture_are_refused() -> None:
     other = np.hstack([photo(A4, POSE), photo(A3, around(6, 0.45)[1])])
     with pytest.raises(InputError, match="two mats are seen, A3 and A4"):

@@ -8,7 +8,6 @@ import pytest
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.own_folder import OutsideError
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.register import has_poses, read_poses
 from facetlog.perception.reading.read_views import read_views
@@ -132,16 +131,6 @@ def test_a_missing_picture_is_left_out_and_a_name_may_have_spaces(tmp_path: Path
     assert "my  third one.png" in problem
     (tmp_path / "images" / "2.png").rename(tmp_path / "images" / "my  third one.png")
     assert len(read_views(tmp_path).views) == 3
-
-
-def test_pictures_outside_of_the_project_are_refused(tmp_path: Path) -> None:
-    write_pictures(tmp_path / "tour" / "images")
-    (tmp_path / "secret.png").write_bytes((tmp_path / "tour" / "images" / "2.png").read_bytes())
-    rows = [*colmap_rows(2), ("../../secret.png", colmap_rows()[2][1])]
-    write_colmap_text(tmp_path / "tour" / "sparse" / "0", rows)
-    with pytest.raises(OutsideError, match=r"secret\.png' is outside of .*tour: .*--trust"):
-        read_views(tmp_path / "tour")
-    assert len(read_views(tmp_path / "tour", trusted=True).views) == 3
 
 
 def test_two_kinds_are_refused_unless_one_was_made_from_the_other(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from trimesh.exchange import off, ply, stl
+from trimesh.exchange import stl
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
@@ -80,26 +80,6 @@ def test_an_invalid_index_is_reported_with_its_line(tmp_path: Path, faces: str, 
     text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\n"
     with pytest.raises(InputError, match=re.escape(f"bad.obj: {said}")):
         read(tmp_path, "bad.obj", text.encode())
-
-
-def test_text_that_is_not_utf_8_is_read(tmp_path: Path) -> None:
-    made = block()
-    text = made.export(file_type="obj").encode()
-    ascii_stl = stl.export_stl_ascii(made)
-    named = re.sub(r"^solid.*", "solid für", ascii_stl).encode("latin-1")
-    header = bytes(ply.export_ply(made, encoding="ascii"))
-    comment = "comment für\nelement vertex".encode("latin-1")
-    contents = {
-        "block.obj": "# Möbel\n".encode("latin-1") + text,
-        "text.stl": named,
-        "block.off": off.export_off(made).replace("OFF\n", "OFF\n# für\n").encode("latin-1"),
-        "text.ply": header.replace(b"element vertex", comment),
-        "binary.ply": bytes(ply.export_ply(made)).replace(b"element vertex", comment),
-    }
-    for name, content in contents.items():
-        with pytest.raises(UnicodeDecodeError):
-            content.decode("utf-8")
-        assert len(read(tmp_path, name, content).triangles) == 12, name
 
 
 @pytest.mark.parametrize("faces", ["", "element face 1\nproperty list uchar int vertex_indices\n"])

@@ -67,11 +67,6 @@ def test_names_without_a_place_are_refused_and_quoted(head: str) -> None:
         read("a.csv", text(head, 4, ","))
 
 
-def test_names_that_fit_no_columns_are_refused() -> None:
-    with pytest.raises(InputError, match=r"names 5 columns .* of rows of 4 numbers"):
-        read("a.csv", text("time,red,x,y,z", 4, ","))
-
-
 RNG = np.random.default_rng(0)
 PLACES = RNG.uniform(-2.0, 9.0, (60, 3)).round(4)
 COUNT = np.arange(60.0)[:, None]
