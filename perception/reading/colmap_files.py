@@ -6,12 +6,14 @@ centre of its top-left pixel is (0.5, 0.5). The files of rigs and frames, which 
 beside these since 3.12, add nothing that is needed: a picture's pose here is its whole pose.
 """
 
+import os
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.lens import CAMERA_MODELS
 from facetlog.regular_file import MOST_SHAPE_BYTES, open_regular, read_regular
 
 __all__ = [
@@ -29,31 +31,8 @@ __all__ = [
 # folder that a user names.
 PLACES = ("", "sparse", "colmap/sparse")
 SUFFIXES = (".bin", ".txt")  # in the order in which they are preferred
-# Camera models by number: name, and names of their parameters, OpenCV's where it has them. The
-# first is the focal length. What comes after these, EQUIRECTANGULAR, is no perspective picture.
-MODELS = (
-    ("SIMPLE_PINHOLE", "f cx cy"),
-    ("PINHOLE", "fx fy cx cy"),
-    ("SIMPLE_RADIAL", "f cx cy k1"),
-    ("RADIAL", "f cx cy k1 k2"),
-    ("OPENCV", "fx fy cx cy k1 k2 p1 p2"),
-    ("OPENCV_FISHEYE", "fx fy cx cy k1 k2 k3 k4"),
-    ("FULL_OPENCV", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
-    ("FOV", "fx fy cx cy omega"),
-    ("SIMPLE_RADIAL_FISHEYE", "f cx cy k1"),
-    ("RADIAL_FISHEYE", "f cx cy k1 k2"),
-    ("THIN_PRISM_FISHEYE", "fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1"),
-    (
-        "RAD_TAN_THIN_PRISM_FISHEYE",
-        "fx fy cx cy k1 k2 k3 k4 k5 k6 p2 p1 sx1 sx2 sy1 sy2",  # there k0 to k5, p0, p1, s0 to s3
-    ),
-    ("SIMPLE_DIVISION", "f cx cy k"),
-    ("DIVISION", "fx fy cx cy k"),
-    ("SIMPLE_FISHEYE", "f cx cy"),
-    ("FISHEYE", "fx fy cx cy"),
-    ("EUCM", "fx fy cx cy alpha beta"),
-)
-PARAMETERS = {name: tuple(parameters.split()) for name, parameters in MODELS}
+PARAMETERS = {name: tuple(names.split()) for name, (_, names) in CAMERA_MODELS.items()}
+MODELS = tuple(CAMERA_MODELS)  # by number
 LEAST_CAMERA_BYTES, LEAST_PICTURE_BYTES, FEATURE_BYTES = 24, 73, 24
 COUNT_BYTES = 8  # with which a binary file begins
 EXPORT = "the COLMAP model is truncated or damaged; export it again"
@@ -71,7 +50,7 @@ class ColmapCamera:
     where: str
 
     def named(self) -> dict[str, float] | None:
-        """The parameters by their names (MODELS); None for a model that is not known."""
+        """Return the parameters by their names (MODELS); None for a model that is not known."""
         names = PARAMETERS.get(self.model)
         return None if names is None else dict(zip(names, self.parameters, strict=True))
 
@@ -90,7 +69,8 @@ class ColmapPicture:
 
 
 def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
-    """The files of a name, as "images", of the models in or below a folder, the largest first.
+    """Return the files of a name, as "images", of the models in or below a folder, the largest
+    first.
 
     A model has that file and those `beside` it. Of each model it is the binary file if there are
     both. The largest has most pictures; of equals the one of the lowest number is first.
@@ -99,7 +79,10 @@ def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
         parent = folder / place
         if (only := _file_of(parent, name, *beside)) is not None:
             return (only,)
-        numbered = [path for path in _inside(parent) if path.name.isdecimal() and path.is_dir()]
+        inside = (
+            parent.iterdir() if parent.is_dir() and os.access(parent, os.R_OK | os.X_OK) else ()
+        )
+        numbered = [path for path in inside if path.name.isdecimal() and path.is_dir()]
         in_order = sorted(numbered, key=lambda path: int(path.name))
         files = [_file_of(path, name, *beside) for path in in_order]
         if models := [path for path in files if path is not None]:
@@ -108,15 +91,8 @@ def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
     return ()
 
 
-def _inside(folder: Path) -> tuple[Path, ...]:
-    try:
-        return tuple(folder.iterdir())
-    except OSError:  # it is not there, or may not be read
-        return ()
-
-
 def _file_of(model: Path, *names: str) -> Path | None:
-    """The first of a model's files of these names, if all are there."""
+    """Return the first of a model's files of these names, if all are there."""
     for suffix in SUFFIXES:
         paths = [model / f"{name}{suffix}" for name in names]
         if all(path.is_file() for path in paths):
@@ -125,7 +101,7 @@ def _file_of(model: Path, *names: str) -> Path | None:
 
 
 def _picture_count(path: Path) -> int:
-    """How many pictures the model has of which this is a file; 0 where that cannot be read."""
+    """Return how many pictures the model of this file has; 0 where that cannot be read."""
     images = path.with_name(f"images{path.suffix}")
     try:
         if images.suffix == ".bin":
@@ -143,13 +119,13 @@ class Numbers:
         self.data, self.at = data, 0
 
     def take(self, form: str) -> tuple[float, ...]:
-        """Numbers of a form of `struct`."""
+        """Take numbers of a form of `struct`."""
         values = struct.unpack_from(f"<{form}", self.data, self.at)
         self.at += struct.calcsize(f"<{form}")
         return values
 
     def count(self, least_bytes: int) -> int:
-        """A count of records of at least so many bytes, which must be there."""
+        """Take a count of records of at least so many bytes, which must be there."""
         count = int(self.take("Q")[0])
         if count * least_bytes > len(self.data) - self.at:
             raise struct.error("count beyond the end")
@@ -162,7 +138,7 @@ class Numbers:
         self.at += size
 
     def text(self) -> str:
-        """Text up to a zero."""
+        """Take text up to a zero."""
         end = self.data.find(b"\0", self.at)
         if end < 0:
             raise struct.error("text without an end")
@@ -180,7 +156,7 @@ def text_lines(path: Path) -> Iterator[tuple[str, str]]:
 
 
 def colmap_cameras(path: Path) -> dict[int, ColmapCamera]:
-    """The cameras in a cameras.txt or cameras.bin, by number.
+    """Return the cameras in a cameras.txt or cameras.bin, by number.
 
     InputError, with the place, for what is no such file; OSError where it cannot be read.
     """
@@ -189,7 +165,9 @@ def colmap_cameras(path: Path) -> dict[int, ColmapCamera]:
 
 
 def colmap_pictures(path: Path) -> tuple[ColmapPicture, ...]:
-    """The pictures in an images.txt or images.bin, in the file's order; errors as of cameras."""
+    """Return the pictures in an images.txt or images.bin, in the file's order; errors as of
+    cameras.
+    """
     return tuple((_pictures_of_text if path.suffix == ".txt" else _pictures_of_bytes)(path))
 
 
@@ -222,7 +200,7 @@ def _cameras_of_bytes(path: Path) -> Iterator[ColmapCamera]:
                     f"{where} is of model {model}, which is not known: undistort the pictures "
                     "(colmap image_undistorter) and give the model that it writes"
                 )
-            name = MODELS[model][0]
+            name = MODELS[model]
             parameters = data.take(f"{len(PARAMETERS[name])}d")
             yield ColmapCamera(number, name, width, height, parameters, where)
     except struct.error as exc:

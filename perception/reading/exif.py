@@ -1,4 +1,4 @@
-"""What a picture's EXIF says: the lens that took it, and which way round it is shown."""
+"""EXIF of pictures: the lens that took them, and their orientation."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ __all__ = ["USUAL_FOCAL", "TakenWith", "quarter_turns", "taken_with"]
 SMALL_FILM_MM = float(np.hypot(36.0, 24.0))
 """The diagonal to which focal lengths "in 35 mm film" refer."""
 USUAL_FOCAL = 0.8
-"""In diagonals: what phones have, from 13 to 77 mm on small film."""
+"""Usual focal length in diagonals: phones have 13 to 77 mm on small film."""
 
 
 TURNS = {3: 2, 6: 1, 8: 3}
@@ -30,7 +30,8 @@ class TakenWith:
     film_mm: float | None = None
 
     def focal_px(self, width: int, height: int) -> float | None:
-        """The focal length in pixels of a picture of this size, to some percent; None if unknown.
+        """Return the focal length in pixels of a picture of this size, to some percent; None if
+        unknown.
 
         >>> round(TakenWith(film_mm=26.0).focal_px(4000, 3000))
         3005
@@ -41,7 +42,7 @@ class TakenWith:
 
 
 def taken_with(path: Path) -> TakenWith:
-    """What the EXIF of a picture says; nothing where there is none, or it cannot be read."""
+    """Return camera and zoom by the EXIF of a picture; empty where it has none that can be read."""
     exif = _exif(path)
     more = exif.get_ifd(ExifTags.IFD.Exif)
     names = (exif.get(tag) for tag in (ExifTags.Base.Make, ExifTags.Base.Model))
@@ -53,7 +54,7 @@ def taken_with(path: Path) -> TakenWith:
 
 
 def quarter_turns(path: Path) -> int:
-    """By how many quarter turns to the right the EXIF of a picture says that it is shown."""
+    """Return by how many quarter turns to the right a picture is shown, by its EXIF."""
     return TURNS.get(_exif(path).get(ExifTags.Base.Orientation, 1), 0)
 
 

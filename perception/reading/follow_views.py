@@ -9,17 +9,13 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import (
-    picture_as_stored,
-    picture_of_view,
-    stored_size_fault,
-)
+from facetlog.perception.reading.picture_of_view import ViewLoader
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
-from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
+from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.register import poses_path, read_poses
-from facetlog.perception.reading.video_file import VideoFrame, VideoFrames
+from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["FollowedViews"]
@@ -62,8 +58,7 @@ class FollowedViews:
         self._fault: InputError | None = None
         self._taken: set[tuple[Path, VideoFrame | None, str]] = set()
         self._waiting: dict[str, str] = {}
-        self._videos = VideoFrames()
-        self._lenses: dict[Lens, Lens] = {}
+        self._loader = ViewLoader()
 
     def __iter__(self) -> Iterator[View]:
         last = self._clock()
@@ -79,12 +74,15 @@ class FollowedViews:
                 if file and not self._trusted:
                     check_own_folder(picture, file.folder, self._source)
                 try:
-                    view = self._view(picture)
+                    found = self._loader.load(picture)
                 except InputError as exc:
                     self._waiting[picture.name] = str(exc)
                     continue
+                if isinstance(found, LeftOut):
+                    self._waiting[picture.name] = found.line
+                    continue
                 self._taken.add(key)
-                yield view
+                yield found
                 last = self._clock()
             if self._clock() - last >= self._timeout:
                 break
@@ -120,13 +118,3 @@ class FollowedViews:
             self._fault = exc
         except OSError as exc:  # gone between being found and being read
             self._fault = InputError(f"{self.path} cannot be read: {exc}")
-
-    def _view(self, picture: PosedPicture) -> View:
-        if fault := stored_size_fault(picture):
-            raise InputError(fault)
-        image = picture_as_stored(picture, self._videos)
-        height, width = image.shape
-        if fault := picture.intrinsics.size_fault(width, height):
-            raise InputError(fault)
-        lens = picture.intrinsics.lens(width, height)
-        return picture_of_view(picture, image, self._lenses.setdefault(lens, lens))

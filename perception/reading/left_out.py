@@ -18,7 +18,7 @@ class LeftOut:
 
 
 def lines_of(left_out: Iterable[LeftOut]) -> tuple[str, ...]:
-    """The message of the first picture of each kind of fault, with the names of the others.
+    """Return the message of the first picture of each kind of fault, with the names of the others.
 
     >>> lines_of(LeftOut(f"{k}.png", f"picture a/{k}.png is cut off", f"a/{k}.png") for k in "123")
     ('picture a/1.png is cut off; left out, and so are 2.png, 3.png',)
@@ -26,11 +26,9 @@ def lines_of(left_out: Iterable[LeftOut]) -> tuple[str, ...]:
     kinds: dict[str, list[LeftOut]] = {}
     for picture in left_out:
         kinds.setdefault(picture.line.replace(picture.place, ""), []).append(picture)
-    return tuple(
-        _line(first, [picture.name for picture in rest]) for first, *rest in kinds.values()
-    )
-
-
-def _line(first: LeftOut, others: list[str]) -> str:
-    same = f", and so {'are' if len(others) > 1 else 'is'} {named(others)}" if others else ""
-    return f"{first.line}; left out{same}"
+    lines = []
+    for first, *rest in kinds.values():
+        others = named([picture.name for picture in rest])
+        same = f", and so {'are' if len(rest) > 1 else 'is'} {others}" if rest else ""
+        lines.append(f"{first.line}; left out{same}")
+    return tuple(lines)

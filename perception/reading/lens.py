@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
-import cv2
 import numpy as np
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import Camera, FloatArray, Image
 
-__all__ = ["FISHEYES", "Distortion", "Lens"]
+__all__ = ["CAMERA_MODELS", "FISHEYES", "Distortion", "Lens"]
 
 # Beyond this factor most of the picture would be cropped: such coefficients are a mistake.
 MAX_ZOOM = 3.0
@@ -41,6 +40,31 @@ class Distortion(StrEnum):
 
 
 FISHEYES = (Distortion.FISHEYE, Distortion.FISHEYE_RADIAL_FIRST)
+# COLMAP's camera models in the order of their numbers: distortion, and names of their parameters,
+# OpenCV's where it has them. The first is the focal length. nerfstudio has the same names. What
+# comes after these, EQUIRECTANGULAR, is no perspective picture.
+CAMERA_MODELS = {
+    "SIMPLE_PINHOLE": (Distortion.NONE, "f cx cy"),
+    "PINHOLE": (Distortion.NONE, "fx fy cx cy"),
+    "SIMPLE_RADIAL": (Distortion.POLYNOMIAL, "f cx cy k1"),
+    "RADIAL": (Distortion.POLYNOMIAL, "f cx cy k1 k2"),
+    "OPENCV": (Distortion.POLYNOMIAL, "fx fy cx cy k1 k2 p1 p2"),
+    "OPENCV_FISHEYE": (Distortion.FISHEYE, "fx fy cx cy k1 k2 k3 k4"),
+    "FULL_OPENCV": (Distortion.POLYNOMIAL, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
+    "FOV": (Distortion.FOV, "fx fy cx cy omega"),
+    "SIMPLE_RADIAL_FISHEYE": (Distortion.FISHEYE, "f cx cy k1"),
+    "RADIAL_FISHEYE": (Distortion.FISHEYE, "f cx cy k1 k2"),
+    "THIN_PRISM_FISHEYE": (Distortion.FISHEYE, "fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1"),
+    "RAD_TAN_THIN_PRISM_FISHEYE": (
+        Distortion.FISHEYE_RADIAL_FIRST,
+        "fx fy cx cy k1 k2 k3 k4 k5 k6 p2 p1 sx1 sx2 sy1 sy2",  # there k0 to k5, p0, p1, s0 to s3
+    ),
+    "SIMPLE_DIVISION": (Distortion.DIVISION, "f cx cy k"),
+    "DIVISION": (Distortion.DIVISION, "fx fy cx cy k"),
+    "SIMPLE_FISHEYE": (Distortion.FISHEYE, "f cx cy"),
+    "FISHEYE": (Distortion.FISHEYE, "fx fy cx cy"),
+    "EUCM": (Distortion.UNIFIED, "fx fy cx cy alpha beta"),
+}
 
 
 @dataclass(frozen=True)
@@ -98,12 +122,14 @@ class Lens:
         return self.camera.zoomed(high)
 
     def undistort(self, image: Image) -> Image:
-        """The picture that `pinhole` would have taken, (H, W) uint8; bicubic interpolation.
+        """Return the picture that `pinhole` would have taken, (H, W) uint8; bicubic interpolation.
 
         A picture that was reduced stays so: then it is what `pinhole` resized would have taken.
         """
         if self.is_pinhole:
             return image
+        import cv2  # loaded only now: COLMAP's clouds need the names of lenses alone
+
         height, width = image.shape
         camera = self.pinhole.resized(width, height)
         lens = replace(self, camera=self.camera.resized(width, height))
@@ -113,17 +139,14 @@ class Lens:
             rows = np.arange(top, min(top + BLOCK_ROWS, camera.height), dtype=np.float64)
             grid = np.stack(np.meshgrid(columns, rows), axis=-1)
             source = lens._distorted(grid, camera).astype(np.float32)
-            map_u, map_v = (
-                np.ascontiguousarray(source[..., 0]),
-                np.ascontiguousarray(source[..., 1]),
-            )
+            map_u, map_v = (np.ascontiguousarray(source[..., k]) for k in (0, 1))
             result[top : top + BLOCK_ROWS] = cv2.remap(
                 image, map_u, map_v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
             )
         return result
 
     def _distorted(self, pixels: FloatArray, pinhole: Camera) -> FloatArray:
-        """Where the lens puts what a pinhole sees at pixels (..., 2): pixels (..., 2)."""
+        """Return where the lens puts what a pinhole sees at pixels (..., 2): pixels (..., 2)."""
         c = self.camera
         x = (pixels[..., 0] - pinhole.cx) / pinhole.fx
         y = (pixels[..., 1] - pinhole.cy) / pinhole.fy
@@ -145,7 +168,7 @@ class Lens:
         return np.stack([c.fx * xd + c.cx, c.fy * yd + c.cy], axis=-1)
 
     def _projected(self, r: FloatArray) -> FloatArray:
-        """Radius over r (tangent of the angle to the axis), before polynomials."""
+        """Return the radius over r (tangent of the angle to the axis), before polynomials."""
         if self.distortion in FISHEYES:  # θ = atan r
             radius, on_axis = np.arctan(r), 1.0
         elif not any(self.projection):
@@ -168,22 +191,21 @@ class Lens:
         return np.divide(radius, r, out=np.full_like(r, on_axis), where=r > 0)
 
     def radial_gain(self, s: FloatArray) -> FloatArray:
-        """Distorted radius over undistorted radius whose square is s: a ratio of polynomials."""
+        """Return the distorted over the undistorted radius whose square is s: a ratio of
+        polynomials.
+        """
         return _one_and(self.radial, s) / _one_and(self.rational, s)
 
     def _covered(self, zoom: float) -> bool:
-        """Whether at this zoom all pixels come from within the picture, and from one place each."""
+        """Return whether at this zoom all pixels come from within the picture, and from one place
+        each.
+        """
         camera = self.camera.zoomed(zoom)
         right, bottom = camera.width - 1.0, camera.height - 1.0
         u, v = np.linspace(0, right, RIM_SAMPLES), np.linspace(0, bottom, RIM_SAMPLES)
-        rim = np.concatenate(
-            [
-                np.column_stack([u, np.zeros_like(u)]),
-                np.column_stack([u, np.full_like(u, bottom)]),
-                np.column_stack([np.zeros_like(v), v]),
-                np.column_stack([np.full_like(v, right), v]),
-            ]
-        )
+        across = [np.column_stack([u, np.full_like(u, y)]) for y in (0.0, bottom)]
+        down = [np.column_stack([np.full_like(v, x), v]) for x in (0.0, right)]
+        rim = np.concatenate([*across, *down])
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             source = self._distorted(rim, camera)
             offset = (rim - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
@@ -196,7 +218,7 @@ class Lens:
 
 
 def _one_and(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
-    """1 + c₁ s + c₂ s² + …"""
+    """Return 1 + c₁ s + c₂ s² + …"""
     total: FloatArray = np.zeros_like(s)
     for coefficient in reversed(coefficients):
         total = s * (coefficient + total)
@@ -204,7 +226,9 @@ def _one_and(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
 
 
 def _inverse(r: FloatArray, k: float) -> FloatArray:
-    """The d of r = d (1 + k d²), of three the one next to r (Viète); nan where there is none."""
+    """Return the d of r = d (1 + k d²), of three the one next to r (Viète); nan where there is
+    none.
+    """
     size = np.sqrt(3 * abs(k))
     if k > 0:
         return np.asarray(2 / size * np.sinh(np.arcsinh(1.5 * size * r) / 3))

@@ -19,7 +19,7 @@ class OutsideError(InputError):
 
 
 def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
-    """Raises OutsideError if the picture, its links resolved, is outside of the `folder` of the
+    """Raise OutsideError if the picture, its links resolved, is outside of the `folder` of the
     poses file `source`, or is a camera's.
 
     A missing file is checked by its name: the reader reports that it is missing.

@@ -9,8 +9,8 @@ import os
 import sys
 import tempfile
 import warnings
-import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -25,7 +25,7 @@ from facetlog.regular_file import open_regular, read_regular
 __all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "stored_size", "turned"]
 
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
-"""By which pictures in folders are known; one that is named is read whatever it is called."""
+"""Suffixes of pictures in folders; a picture that is named is read whatever its suffix."""
 KINDS = "JPEG, PNG, TIFF, BMP, WebP, PNM or HEIC"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
 DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
@@ -39,13 +39,13 @@ MOST_PIXELS = 250_000_000
 """The largest cameras have 151 million, phones 200. Decoded it takes some 1 GB, whatever
 the size of its file."""
 LEAST_SIDE_PX = 9
-"""What the filters that find edges span: a smaller picture shows none."""
+"""Span of the filters that find edges: a smaller picture shows none."""
 # The warning of libjpeg for a picture that has all its markers but not all its data.
 DAMAGE = b"Corrupt JPEG data"
 
 
 def read_picture(path: Path) -> Image:
-    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged or tiny."""
+    """Return the picture as stored, grey, (H, W) uint8; InputError if missing, damaged or tiny."""
     try:
         data = read_regular(path, MOST_BYTES)
     except FileNotFoundError as exc:
@@ -75,7 +75,7 @@ def read_picture(path: Path) -> Image:
 
 
 def turned(image: Image, turns: int) -> Image:
-    """A picture (H, W) by so many quarter turns to the right.
+    """Turn a picture (H, W) by so many quarter turns to the right.
 
     >>> turned(np.array([[1, 2]], np.uint8), 1).tolist()
     [[1], [2]]
@@ -84,7 +84,8 @@ def turned(image: Image, turns: int) -> Image:
 
 
 def stored_size(path: Path) -> tuple[int, int] | None:
-    """The width and height that a picture's header states, in px; None where that cannot be read.
+    """Return the width and height that a picture's header states, in px; None where that cannot be
+    read.
 
     InputError where it is more than is decoded.
     """
@@ -97,17 +98,25 @@ def stored_size(path: Path) -> tuple[int, int] | None:
     return size
 
 
-def _size_in_header(file: BinaryIO) -> tuple[int, int] | None:
+@contextmanager
+def _opened(file: BinaryIO) -> Iterator[PIL.Image.Image]:
+    """Open a picture by Pillow, which reads its header alone; any exception where it is none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of large pictures, or of odd headers
-        limit, PIL.Image.MAX_IMAGE_PIXELS = PIL.Image.MAX_IMAGE_PIXELS, None  # ours is below
+        limit, PIL.Image.MAX_IMAGE_PIXELS = PIL.Image.MAX_IMAGE_PIXELS, None  # see _check_pixels
         try:
             with PIL.Image.open(file) as picture:
-                return picture.size
-        except Exception:
-            return None
+                yield picture
         finally:
             PIL.Image.MAX_IMAGE_PIXELS = limit
+
+
+def _size_in_header(file: BinaryIO) -> tuple[int, int] | None:
+    try:
+        with _opened(file) as picture:
+            return picture.size
+    except Exception:
+        return None
 
 
 def _check_pixels(size: tuple[int, int] | None, path: Path) -> None:
@@ -119,7 +128,8 @@ def _check_pixels(size: tuple[int, int] | None, path: Path) -> None:
 
 
 def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
-    """Grey levels of 8 bits; InputError where 16 bits are hardly used, or levels are no integers.
+    """Return grey levels of 8 bits; InputError where 16 bits are hardly used, or levels are no
+    integers.
 
     The range that is used must be the same for all pictures of a set: it is not guessed.
     """
@@ -139,7 +149,7 @@ def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
 
 
 def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
-    """The completeness check for the kind of file, None for an unknown kind."""
+    """Return the completeness check for the kind of file, None for an unknown kind."""
     for signature, check in (
         (b"\xff\xd8\xff", _jpeg_is_whole),
         (b"\x89PNG\r\n\x1a\n", _png_is_whole),
@@ -159,7 +169,7 @@ def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
 
 
 def _jpeg_is_whole(data: bytes) -> bool:
-    """Whether the chain of JPEG markers reads from SOI to EOI (ITU-T T.81, annex B)."""
+    """Return whether the chain of JPEG markers reads from SOI to EOI (ITU-T T.81, annex B)."""
     at = 2
     while at + 1 < len(data):
         if data[at] != 0xFF:
@@ -192,21 +202,8 @@ def _end_of_scan(data: bytes, at: int) -> int:
 
 
 def _png_is_whole(data: bytes) -> bool:
-    """Whether all PNG chunks up to IEND are there and their checksums agree."""
-    at = 8
-    while at + 12 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "big")
-        body_end = at + 8 + length
-        if body_end + 4 > len(data):
-            return False
-        if zlib.crc32(data[at + 4 : body_end]) != int.from_bytes(
-            data[body_end : body_end + 4], "big"
-        ):
-            return False
-        if data[at + 4 : at + 8] == b"IEND":
-            return True
-        at = body_end + 4
-    return False
+    """Return whether all PNG chunks up to IEND are there and their checksums agree."""
+    return _passes(data, PIL.Image.Image.verify)
 
 
 def _bmp_is_whole(data: bytes) -> bool:
@@ -218,29 +215,17 @@ def _riff_is_whole(data: bytes) -> bool:
 
 
 def _pnm_is_whole(data: bytes) -> bool:
-    """Whether a binary PGM or PPM has as many bytes as its header requires."""
-    if data[1:2] not in b"56":
-        return True
-    # Header fields are separated by white space; a comment runs from # to the end of its line.
-    fields: list[int] = []
-    at = 2
-    while len(fields) < 3 and at < len(data):
-        if data[at : at + 1] == b"#":
-            at = data.find(b"\n", at) + 1 or len(data)
-        elif data[at : at + 1].isspace():
-            at += 1
-        else:
-            start = at
-            while at < len(data) and data[at : at + 1].isdigit():
-                at += 1
-            if at == start:
-                return False
-            fields.append(int(data[start : min(at, start + 9)]))
-    if len(fields) < 3:
+    """Return whether a PNM has as many samples as its header requires."""
+    return _passes(data, PIL.Image.Image.load)
+
+
+def _passes(data: bytes, check: Callable[[PIL.Image.Image], object]) -> bool:
+    try:
+        with _opened(io.BytesIO(data)) as picture:
+            check(picture)
+    except Exception:
         return False
-    width, height, largest = fields
-    channels = 3 if data[1:2] == b"6" else 1
-    return len(data) - at - 1 >= width * height * channels * (2 if largest > 255 else 1)
+    return True
 
 
 def _decoder_judges(data: bytes) -> bool:
@@ -252,7 +237,8 @@ def _is_heic(data: bytes) -> bool:
 
 
 def _decode_heic(data: bytes, path: Path) -> cv2.typing.MatLike | None:
-    """The picture of a HEIC file, grey, or None; InputError without the package that reads it.
+    """Return the picture of a HEIC file, grey, or None; InputError without the package that reads
+    it.
 
     Its own transformations are part of the picture as stored: whoever reads it turns it by these.
     """
@@ -271,7 +257,7 @@ def _decode_heic(data: bytes, path: Path) -> cv2.typing.MatLike | None:
 
 
 def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:
-    """The decoded picture, or None, and what the decoders wrote to the terminal meanwhile.
+    """Return the decoded picture, or None, and what the decoders wrote to the terminal meanwhile.
 
     The C libraries inside OpenCV write to file descriptor 2 with no switch to stop them, so it
     leads to a temporary file for the time of the call.

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.errors import InputError
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.picture_file import (
     LEAST_SIDE_PX,
@@ -23,15 +25,48 @@ from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 
-__all__ = ["KEPT_DIAGONAL_PX", "picture_as_stored", "picture_of_view", "stored_size_fault"]
+__all__ = ["KEPT_DIAGONAL_PX", "ViewLoader", "picture_of_view"]
 
 KEPT_DIAGONAL_PX = 1000.0
 """Larger pictures are reduced to it, as 800 x 600: a bound of cost alone. 12 bytes a pixel are kept
 (detection/edge_maps.py and others), so that 200 views fill 1.2 GB."""
 
 
+class ViewLoader:
+    """Loader of the pictures of poses files as views; the set-up of each lens is used again."""
+
+    def __init__(self) -> None:
+        self._videos = VideoFrames()
+        self._lenses: dict[Lens, Lens] = {}
+
+    def load(self, picture: PosedPicture) -> View | LeftOut:
+        """Return the view of a picture, or why it cannot be read or is not of its camera's size.
+
+        CalibrationError if no lens can be of its camera.
+        """
+        intrinsics = picture.intrinsics
+        try:
+            # Before it is decoded, which may fill the memory.
+            fault = _stored_size_fault(picture)
+            image = None if fault else self._read(picture)
+        except InputError as exc:
+            return LeftOut(picture.name, str(exc), str(picture.frame or picture.path))
+        if image is not None:
+            height, width = image.shape
+            fault = intrinsics.size_fault(width, height)
+        if fault or image is None:
+            return LeftOut(picture.name, fault, intrinsics.where)
+        lens = intrinsics.lens(width, height)
+        return picture_of_view(picture, image, self._lenses.setdefault(lens, lens))
+
+    def _read(self, picture: PosedPicture) -> Image:
+        if picture.frame is None:
+            return turned(read_picture(picture.path), picture.turns)
+        return turned(self._videos.read(picture.frame), picture.turns)
+
+
 def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
-    """The view of a picture that was read, `image` (H, W), and the lens that took it."""
+    """Return the view of a picture that was read, `image` (H, W), and the lens that took it."""
     height, width = image.shape
     share = KEPT_DIAGONAL_PX / float(np.hypot(width, height))
     if share >= 1.0:
@@ -40,18 +75,18 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
     size = max(round(share * width), 1), max(round(share * height), 1)
     reduced = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if picture.frame is None:
-        read = partial(_read, picture.path, picture.turns, lens)
+        read = partial(_read_again, picture.path, picture.turns, lens)
     else:
-        read = partial(_unpacked, cv2.imencode(".png", image)[1], lens)
+        read = partial(_unpack, cv2.imencode(".png", image)[1], lens)
     stored = StoredPicture(lens.pinhole, read)
     camera = lens.pinhole.resized(*size)
     kept = lens.undistort(reduced)
     return View(picture.name, kept, camera, picture.pose, stored, picture.covariance)
 
 
-def stored_size_fault(picture: PosedPicture) -> str:
-    """Why a picture cannot be of its camera, by the size in its header; empty where it can be, or
-    nothing is known before it is decoded.
+def _stored_size_fault(picture: PosedPicture) -> str:
+    """Return why a picture cannot be of its camera, by the size in its header; empty where it can
+    be, or nothing is known before it is decoded.
 
     InputError for a picture that is too large for any.
     """
@@ -62,16 +97,10 @@ def stored_size_fault(picture: PosedPicture) -> str:
     return picture.intrinsics.size_fault(width, height)
 
 
-def picture_as_stored(picture: PosedPicture, videos: VideoFrames) -> Image:
-    """The picture of a file or video, (H, W); InputError if it cannot be had."""
-    image = read_picture(picture.path) if picture.frame is None else videos.read(picture.frame)
-    return turned(image, picture.turns)
-
-
-def _read(path: Path, turns: int, lens: Lens) -> Image:
+def _read_again(path: Path, turns: int, lens: Lens) -> Image:
     return lens.undistort(turned(read_picture(path), turns))
 
 
-def _unpacked(png: NDArray[np.uint8], lens: Lens) -> Image:
+def _unpack(png: NDArray[np.uint8], lens: Lens) -> Image:
     # A video is fast only when read once in order: its frames are kept compressed.
     return lens.undistort(np.asarray(cv2.imdecode(png, cv2.IMREAD_GRAYSCALE), dtype=np.uint8))

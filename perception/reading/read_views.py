@@ -13,13 +13,8 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import Length
 from facetlog.perception.name_lists import named
 from facetlog.perception.reading.left_out import LeftOut, lines_of
-from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.picture_of_view import (
-    picture_as_stored,
-    picture_of_view,
-    stored_size_fault,
-)
+from facetlog.perception.reading.picture_of_view import ViewLoader
 from facetlog.perception.reading.pose_files.pose_checks import LEAST_SPREAD
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import (
@@ -28,7 +23,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
     PosesFile,
 )
 from facetlog.perception.reading.pose_files.register import kind_of, poses_path, read_poses
-from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
 __all__ = ["ViewSet", "read_views", "stated_errors"]
@@ -86,7 +80,8 @@ def read_views(
     trusted: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ViewSet:
-    """The views in a folder with a poses file (pose_files/register.py), or in such a file itself.
+    """Read the views in a folder with a poses file (pose_files/register.py), or in such a file
+    itself.
 
     Pictures are grey, as stored (not turned by EXIF), and undistorted, so that every View.camera is
     a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
@@ -129,26 +124,14 @@ def read_views(
     views: list[View] = []
     used: list[PosedPicture] = []
     left_out: list[LeftOut] = []
-    videos = VideoFrames()
-    lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
+    loader = ViewLoader()
     for done, picture in enumerate(file.pictures, start=1):
-        try:
-            fault = stored_size_fault(picture)  # before it is decoded, which may fill the memory
-            image = None if fault else picture_as_stored(picture, videos)
-        except InputError as exc:
-            place = str(picture.frame or picture.path)
-            left_out.append(LeftOut(picture.name, str(exc), place))
+        found = loader.load(picture)
+        if isinstance(found, LeftOut):
+            left_out.append(found)
         else:
-            if image is not None:
-                width, height = image.shape[1], image.shape[0]
-                fault = picture.intrinsics.size_fault(width, height)
-            if fault or image is None:
-                left_out.append(LeftOut(picture.name, fault, picture.intrinsics.where))
-            else:
-                lens = picture.intrinsics.lens(width, height)
-                lens = lenses.setdefault(lens, lens)
-                views.append(picture_of_view(picture, image, lens))
-                used.append(picture)
+            views.append(found)
+            used.append(picture)
         if progress is not None:
             progress("pictures", done, len(file.pictures))
     odd = _odd_sizes(used, views, source)
@@ -160,11 +143,10 @@ def read_views(
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind, file.scale_sd)
-    said = (*lines_of((*file.left_out, *left_out)), *file.notes)
     return ViewSet(
         name,
         tuple(views),
-        said,
+        (*lines_of((*file.left_out, *left_out)), *file.notes),
         file.up,
         file.metric,
         source,
@@ -177,7 +159,7 @@ def read_views(
 def stated_errors(
     views: Sequence[View], kind: PoseErrorKind, scale_sd: float = 0.0
 ) -> PoseErrors | None:
-    """The errors of the views' poses, where they are stated of each."""
+    """Return the errors of the views' poses, where they are stated of each."""
     stated = [view.pose_cov for view in views if view.pose_cov is not None]
     if not views or len(stated) < len(views):
         return None
@@ -185,7 +167,7 @@ def stated_errors(
 
 
 def _without_repeats(file: PosesFile, source: Path) -> PosesFile:
-    """The file with each picture once, and a note that names those with the same pose twice.
+    """Return the file with each picture once, and a note that names those with the same pose twice.
 
     InputError for a picture of two poses, and for a camera, which has one picture, now.
     """
@@ -220,7 +202,7 @@ def _same_pose(one: PosedPicture, other: PosedPicture) -> bool:
 def _odd_sizes(
     pictures: Sequence[PosedPicture], views: Sequence[View], source: Path
 ) -> dict[int, LeftOut]:
-    """Which pictures are not of the size of most that their camera took.
+    """Return which pictures are not of the size of most that their camera took.
 
     Only for cameras that are given in pixels without the size of their pictures.
     CalibrationError where most of one camera are of no one size.
@@ -258,7 +240,7 @@ def _too_few(source: Path, usable: int, left_out: Sequence[LeftOut]) -> str:
 
 
 def _check_places(views: Sequence[View], source: Path) -> None:
-    """Raises CalibrationError if all centres are one place: without a baseline no depth."""
+    """Raise CalibrationError if all centres are one place: without a baseline no depth."""
     centres = np.array([view.pose.centre for view in views])
     spread = float(np.ptp(centres, axis=0).max())
     if 0 < spread < LEAST_SPREAD:

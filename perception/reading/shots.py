@@ -15,7 +15,7 @@ from facetlog.perception.types import Image
 __all__ = ["Shot", "has_shots", "shots_in"]
 
 FRAMES = 30
-"""Taken of a video: what walking round a thing shows, each some 12 degrees on."""
+"""Number of frames used of a video: on a walk round a thing, one every 12 degrees or so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,37 +29,39 @@ class Shot:
 
     @property
     def name(self) -> str:
-        """What messages and views call it."""
+        """Name for messages and views."""
         return self.path.name if self.frame is None else self.frame.name(0)
 
     @property
     def place(self) -> str:
-        """Where it is, for messages."""
+        """File, or frame of a video, for messages."""
         return str(self.path if self.frame is None else self.frame)
 
     def read(self, videos: VideoFrames) -> Image:
-        """The picture, grey, (H, W); InputError if it cannot be had."""
+        """Return the picture, grey, (H, W); InputError if it cannot be had."""
         image = read_picture(self.path) if self.frame is None else videos.read(self.frame)
         return turned(image, self.turns)
 
     def unreadable(self, fault: InputError) -> LeftOut:
-        """The picture as one that is left out for a fault, whose message may name it or not."""
+        """Return the picture as left out for a fault, whose message may name it or not."""
         line = str(fault) if self.place in str(fault) else f"picture {self.place}: {fault}"
         return LeftOut(self.name, line, self.place)
 
     @property
     def upright(self) -> "Shot":
-        """The same as its EXIF says that it is shown."""
+        """The picture turned as its EXIF says that it is shown."""
         return self if self.frame is not None else replace(self, turns=quarter_turns(self.path))
 
 
 def has_shots(folder: Path) -> bool:
-    """Whether there is a picture or a video in a folder, by the endings of names."""
+    """Return whether there is a picture or a video in a folder, by the endings of names."""
     return any(True for _ in _files(folder))
 
 
 def shots_in(folder: Path) -> tuple[Shot, ...]:
-    """All of them, in the order of their names; InputError for a video that cannot be read."""
+    """Return all pictures of a folder, in the order of their names; InputError for a video that
+    cannot be read.
+    """
     shots: list[Shot] = []
     for path in _files(folder):
         if path.suffix.lower() in PICTURE_SUFFIXES:

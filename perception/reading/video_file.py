@@ -30,7 +30,7 @@ class VideoFrame:
         return self.source if self.number is None else f"frame {self.number} of {self.source}"
 
     def name(self, index: int) -> str:
-        """Its name in messages: by its number, for a camera by the place of its pose."""
+        """Return its name in messages: by its number, for a camera by the place of its pose."""
         return f"{Path(self.source).name}#{index if self.number is None else self.number}"
 
 
@@ -50,7 +50,7 @@ class VideoFrames:
         self._ended: dict[str, tuple[int, int]] = {}
 
     def read(self, frame: VideoFrame) -> Image:
-        """The frame as stored, grey, (H, W) uint8; InputError if there is none (yet)."""
+        """Return the frame as stored, grey, (H, W) uint8; InputError if there is none (yet)."""
         image = self._taken(frame) if frame.number is None else self._numbered(frame)
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         found = np.ascontiguousarray(grey, dtype=np.uint8)
@@ -92,14 +92,14 @@ class VideoFrames:
         return image
 
     def close(self) -> None:
-        """Lets go of the file."""
+        """Close the file."""
         if self._capture is not None:
             self._capture.release()
         self._capture = None
 
 
 def frame_count(source: str) -> int:
-    """How many frames a video file says that it has, 0 if it does not; InputError if it is none."""
+    """Return how many frames a video file states, 0 if it does not; InputError if it is none."""
     _size(source)
     VideoFrames()  # which makes FFmpeg quiet
     capture = _opened(source)
@@ -129,7 +129,7 @@ def _opened(source: str) -> cv2.VideoCapture:
 
 
 def _stated_count(source: str, capture: cv2.VideoCapture) -> int:
-    """How many frames the file says that it has; of other kinds OpenCV only guesses it."""
+    """Return how many frames the file states; of other kinds OpenCV only guesses it."""
     if Path(source).suffix.lower() not in COUNTED:
         return 0
     return round(capture.get(cv2.CAP_PROP_FRAME_COUNT))

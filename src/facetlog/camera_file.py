@@ -4,12 +4,8 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.pose_files.poses_file import (
-    FieldNames,
-    metres_per,
-    read_intrinsics,
-    read_text,
-)
+from facetlog.perception.reading.pose_files.file_values import metres_per, read_text
+from facetlog.perception.reading.pose_files.poses_file import FieldNames, read_intrinsics
 from facetlog.robot.camera.optics import Optics
 from facetlog.toml_text import toml_fields
 

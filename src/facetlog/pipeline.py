@@ -167,7 +167,7 @@ def _check_not_written(path: Path) -> None:
 
 def _is_measured(path: Path) -> bool:
     """Whether a file is a scene by its schema, or a mesh or cloud by its suffix."""
-    from facetlog.perception.reading.pose_files.json_file import read_json
+    from facetlog.perception.reading.pose_files.file_values import read_json
     from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.perception.shapes.shape_options import says_itself, shapes_among
 

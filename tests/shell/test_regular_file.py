@@ -16,7 +16,7 @@ from facetlog.grammar.analysis import analyse
 from facetlog.kb.labelled_scenes import labelled_cases
 from facetlog.kb.loading.rule_text import rule_text
 from facetlog.perception.reading.picture_file import read_picture
-from facetlog.perception.reading.pose_files.poses_file import read_text
+from facetlog.perception.reading.pose_files.file_values import read_text
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.query_shell.model_files import stamp_of

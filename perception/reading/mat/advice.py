@@ -14,12 +14,12 @@ __all__ = ["advice"]
 
 ENOUGH_PICTURES = 12
 WIDEST_GAP_DEG = 90.0
-"""Between neighbouring directions round the mat: a side of a thing is then seen from two."""
+"""Widest gap between neighbouring directions: a side of a thing is then seen from two."""
 # Heights of cameras above the mat's plane as seen from its middle, in degrees: lower hardly a
 # corner of the mat is seen, higher none of the thing's sides.
 LOW_DEG, HIGH_DEG = 20.0, 65.0
 LEAST_SPREAD_DEG = 10.0
-"""Of these heights: with less the tops or the sides are all seen at one slant."""
+"""Least spread of these heights: with less, tops or sides are all seen at one slant."""
 LEAST_SQUARE_PX = 20.0
 """A module of a marker has then three pixels, of a picture at an angle two."""
 FEW_CORNERS = 0.2
@@ -38,7 +38,7 @@ SIDES = (
 
 
 def advice(pictures: "Sequence[PlacedPicture]") -> tuple[str, ...]:
-    """What to add to pictures of a mat, a line each; nothing where they suffice."""
+    """Return what to add to pictures of a mat, a line each; nothing where they suffice."""
     return tuple(_all_advice(pictures))
 
 
@@ -62,7 +62,7 @@ def _all_advice(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
 
 
 def _unseen_sides(places: FloatArray) -> Iterator[str]:
-    """The middles of the gaps between directions (n, 3) that are too wide."""
+    """Yield the middles of the gaps between directions (n, 3) that are too wide."""
     angles = np.sort(np.degrees(np.arctan2(places[:, 1], places[:, 0])) % 360.0)
     gaps = np.diff(np.append(angles, angles[0] + 360.0))
     for start, gap in zip(angles, gaps, strict=True):

@@ -45,8 +45,8 @@ ROLLING_SD = 5e-4
 """Radians about each axis from first row to last: a hand's 1 to 2 degrees a second, over the 15 to
 30 ms in which phones read their rows."""
 STRETCH_SD, NO_STRETCH_SD = 0.05, 1e-6
-"""Of the log of how much longer a print is away from the reader than across: where it was fitted to
-a page that is not of its shape, and where it was not."""
+"""Standard deviations of the log of how much longer a print is away from the reader than across:
+where it was fitted to a page that is not of its shape, and where it was not."""
 LEAST_STRETCH, SURE_SDS = 0.005, 5.0
 """A print is taken as stretched by half a millimetre of its bar, which a ruler shows, if that is
 sure: what pictures hardly tell would make the focal length less sure."""
@@ -61,7 +61,7 @@ NOISE_ROUNDS = 4
 
 
 _Inside = list[NDArray[np.bool_]]
-"""Of each picture, which corners (n,) are inliers."""
+"""Which corners (n,) of each picture are inliers."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,7 +78,7 @@ class Corners:
 
     @property
     def times(self) -> FloatArray:
-        """When the corners' rows were exposed (n,), from -1/2 to 1/2."""
+        """Time at which the corners' rows were exposed (n,), from -1/2 to 1/2."""
         return np.asarray(self.pixels[:, 1] / self.height - 0.5)
 
 
@@ -129,8 +129,8 @@ def fitted(
     sizes: Sequence[tuple[int, int]],
     focals: Sequence[float | None],
 ) -> MatFit:
-    """Cameras and poses of pictures; `sizes` are width and height, `focals` what EXIF says of each
-    camera, in pixels.
+    """Fit cameras and poses to pictures; `sizes` are width and height, `focals` what EXIF says of
+    each camera, in pixels.
     """
     fit = _Fit(pictures, sizes, focals)
     noise, inside = fit.settle(np.full(len(pictures), 1.0))
@@ -149,7 +149,7 @@ def fitted(
 def _with_stretch(
     fit: "_Fit", noise: FloatArray, inside: _Inside
 ) -> "tuple[_Fit, FloatArray, _Inside]":
-    """The fit with the stretch of the print where the corners show one; else as it is."""
+    """Return the fit with the stretch of the print where the corners show one; else as it is."""
     free = copy(fit)
     free.stretch_sd = STRETCH_SD
     free.start()
@@ -164,7 +164,7 @@ def _with_stretch(
 def _noises(
     residuals: Sequence[FloatArray], inside: Sequence[NDArray[np.bool_]], cameras: int
 ) -> FloatArray:
-    """The standard deviation of each picture's residuals, (V,), px."""
+    """Return the standard deviation of each picture's residuals, (V,), px."""
     squares = np.array([(r[i] ** 2).sum() for r, i in zip(residuals, inside, strict=True)])
     # The parameters of the cameras are shared among all pictures.
     counts = np.array([2 * i.sum() - OF_PICTURE for i in inside]) - OF_CAMERA * cameras / len(
@@ -218,7 +218,7 @@ class _Fit:
             self._start(c)
 
     def _start(self, camera: int) -> None:
-        """The focal length of some at which a pinhole's poses fit best, and these."""
+        """Choose the focal length, of several, at which the poses of a pinhole fit best."""
         own = [k for k, p in enumerate(self.pictures) if p.camera == camera]
         middle, sd = self.prior[camera, 0], self.prior_sd[camera, 0]
         least = np.inf
@@ -246,11 +246,11 @@ class _Fit:
         return noise, inside
 
     def residuals(self) -> list[FloatArray]:
-        """Projected less measured corners of each picture (n, 2), px."""
+        """Return projected less measured corners of each picture (n, 2), px."""
         return [self._projected(k)[0] - p.pixels for k, p in enumerate(self.pictures)]
 
     def refine(self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]) -> None:
-        """Levenberg and Marquardt's steps from here to the least cost at this noise (V,)."""
+        """Minimise the cost at this noise (V,) by Levenberg and Marquardt's steps."""
         damping, (cost, hessian, slope) = 1e-4, self._system(noise, inside)
         for _ in range(ROUNDS):
             before = self.cameras, self.rotations, self.centres, self.rolling, self.stretch
@@ -269,13 +269,17 @@ class _Fit:
                     return
 
     def covariance(self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]) -> FloatArray:
-        """Of all parameters, cameras first: the inverse of the cost's second derivative."""
+        """Return the covariance of all parameters, cameras first: the inverse of the cost's second
+        derivative.
+        """
         _, hessian, _ = self._system(noise, inside)
         unit = 1.0 / np.sqrt(np.diag(hessian))  # parameters of one size: better conditioned
         return np.asarray(np.linalg.inv(hessian * np.outer(unit, unit)) * np.outer(unit, unit))
 
     def cost(self, noise: FloatArray) -> float:
-        """The negative log of likelihood and prior at this noise (V,); outliers count as limits."""
+        """Return the negative log of likelihood and prior at this noise (V,); outliers count as
+        limits.
+        """
         total = 0.0
         for residuals, sd in zip(self.residuals(), noise, strict=True):
             squares = (residuals**2).sum(axis=1) / sd**2
@@ -299,12 +303,12 @@ class _Fit:
         )
 
     def _first_of(self, k: int) -> int:
-        """Where a picture's parameters begin."""
+        """Return the index of a picture's first parameter."""
         return self.cameras.size + OF_PICTURE * k
 
     def _projected(self, k: int) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2) and their derivatives (n, 2, 18) by the camera's and the picture's numbers,
-        and the stretch.
+        """Return pixels (n, 2) and their derivatives (n, 2, 18) by the camera's and the picture's
+        numbers, and the stretch.
 
         A point X is in the camera's axes Y + s ω × Y, Y = Rᵀ (X - c), at the time s of its row.
         """
@@ -329,7 +333,9 @@ class _Fit:
     def _system(
         self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Half the cost at these parameters, its second derivative (Gauss, Newton), its first."""
+        """Return half the cost at these parameters, its second derivative (Gauss, Newton) and its
+        first.
+        """
         off, sd = self._from_prior()
         hessian, slope = np.diag(sd**-2), off / sd**2
         cost = float(off @ slope) / 2
@@ -347,7 +353,7 @@ class _Fit:
         return cost, hessian, slope
 
     def _from_prior(self) -> tuple[FloatArray, FloatArray]:
-        """How far all parameters are off their prior, and its standard deviations."""
+        """Return how far all parameters are off their prior, and its standard deviations."""
         count, size = self.cameras.size, self._first_of(len(self.pictures)) + 1
         off, sd = np.zeros(size), np.full(size, np.inf)
         off[:count], sd[:count] = (self.cameras - self.prior).ravel(), self.prior_sd.ravel()
@@ -372,7 +378,7 @@ def _matrix(camera: FloatArray) -> FloatArray:
 
 
 def _placed(picture: Corners, camera: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Rotation and centre of a pinhole camera that sees the corners, and its error, px rms."""
+    """Return rotation and centre of a pinhole that sees the corners, and its error, px rms."""
     _, turns, shifts, errors = cv2.solvePnPGeneric(
         picture.points, picture.pixels, _matrix(camera), None, flags=cv2.SOLVEPNP_IPPE
     )

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.errors import InputError
 from facetlog.perception.length_units import Length
@@ -30,12 +31,11 @@ from facetlog.perception.reading.mat.sightings import (
     Sighting,
     sighting,
 )
-from facetlog.perception.reading.mat.zooms import AMBIGUOUS, find_zooms
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.shots import Shot, shots_in
 from facetlog.perception.reading.video_file import VideoFrames
-from facetlog.perception.types import PoseErrorKind
+from facetlog.perception.types import FloatArray, PoseErrorKind
 
 __all__ = ["MatPicture", "MatSet", "NoMatError", "PlacedPicture", "mat_pictures", "read_mat"]
 
@@ -43,15 +43,25 @@ MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
 some twice that to each other, as those of a thin leg, are no longer two."""
 MISFIT = 4.0
-"""Of a picture whose residuals are so many times the median of all pictures the corners do not
-fit: the camera moved, or the mat."""
+"""A picture whose residuals are so many times the median of all pictures does not fit: the camera
+moved, or the mat."""
 FLAT_SQUARES, MOST_SQUARES = 0.02, 0.1
 """Residuals of corners in squares. A flat sheet fits to some thousandths, one that is wavy by a
 third of a millimetre to 0.02; what is off by more than 0.1 is no mat seen through one lens."""
 LEAST_RESIDUAL_PX = 0.5
-"""As far off as a corner may be found, however small its square is."""
+"""Error with which a corner may be found, however small its square is."""
 RULER_SD_MM = 0.5 / 3**0.5
-"""Of a length read off a ruler to the nearest millimetre: half of one to either side, all alike."""
+"""Standard deviation of a length read off a ruler to the nearest millimetre: uniform."""
+AMBIGUOUS = -1
+FOCUS_SD = 0.02
+"""Standard deviation of the log of a focal length between pictures of one zoom: a lens of 5 mm that
+focuses at 15 cm is 3 % farther out than at infinity."""
+LEAST_RATIO_SDS = 5.0
+"""Two zooms differ by more than focusing does, in these standard deviations: by a tenth."""
+LEAST_CHI2 = 25.0
+"""Least gain of chi² by two focal lengths: five standard deviations, as a set is split in as many
+ways as it has pictures."""
+AMBIGUOUS_SDS = 3.0
 UNSURE_ZOOM = (
     "is from too steep above to tell at which of the focal lengths it was taken: take all at one "
     "zoom, and do not crop them"
@@ -81,7 +91,7 @@ class MatPicture:
 
     @property
     def blur_kept_px(self) -> float:
-        """The blur at the size at which edges are found."""
+        """Blur at the size at which edges are found."""
         return self.seen.blur_px * min(KEPT_DIAGONAL_PX / float(np.hypot(*self.size)), 1.0)
 
 
@@ -95,7 +105,7 @@ class PlacedPicture:
 
     @property
     def misfit(self) -> float:
-        """The noise of its corners as a share of its diagonal: pictures of all sizes compare."""
+        """Noise of its corners as a share of its diagonal: pictures of all sizes compare."""
         return self.placed.noise_px / float(np.hypot(*self.picture.size))
 
 
@@ -113,7 +123,7 @@ class MatSet:
 
     @property
     def residual_px(self) -> float:
-        """The median of the noise of corners."""
+        """Median of the noise of corners."""
         return float(np.median([each.placed.noise_px for each in self.pictures]))
 
 
@@ -134,7 +144,8 @@ def mat_pictures(folder: Path, square: float | None = None) -> MatSet:
                 count = sum(isinstance(exc, kind) for exc in why_not)
                 raise InputError(f"{folder}: each of {count} pictures {first}")
         why = f" ({left_out[0].line})" if left_out and len(left_out) == len(shots) == 1 else ""
-        raise NoMatError(folder, f"no mat is seen in {_of(len(shots))}{why}")
+        where = "the only picture" if len(shots) == 1 else f"any of {len(shots)} pictures"
+        raise NoMatError(folder, f"no mat is seen in {where}{why}")
     mats = {picture.seen.mat: picture.shot.name for picture in seen}
     if len(mats) > 1:
         names = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
@@ -156,7 +167,8 @@ def mat_pictures(folder: Path, square: float | None = None) -> MatSet:
 
 
 def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
-    """Cameras and poses of the pictures in a folder by the mat that they show; metres, up is +z.
+    """Return cameras and poses of the pictures in a folder by the mat that they show; metres, up is
+    +z.
 
     `square` is the side of a square as printed, where it is not as it should be. Without a standard
     deviation the print's scale is known as well as its bar, or as much of the board, tells by a
@@ -182,7 +194,7 @@ def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
 
 
 def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut], list[InputError]]:
-    """The pictures that show a mat, those that do not, and the errors of what cannot be used."""
+    """Return the pictures that show a mat, those that do not, and the errors of unusable ones."""
     seen: list[MatPicture] = []
     left_out: list[LeftOut] = []
     faults: list[InputError] = []
@@ -216,17 +228,13 @@ def _left_out(shot: Shot, why: str) -> LeftOut:
     return LeftOut(shot.name, f"picture {shot.place} {why}", shot.place)
 
 
-def _of(count: int) -> str:
-    return "the only picture" if count == 1 else f"any of {count} pictures"
-
-
 _Groups = dict[MatPicture, "_Kind | None"]
-"""What took each picture; None where that cannot be told."""
+"""Camera and zoom of each picture; None where that cannot be told."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What has one camera: pictures of one size, by one lens, at one zoom (numbered)."""
+    """Pictures that share a camera: of one size, by one lens, at one zoom (numbered)."""
 
     size: tuple[int, int]
     taken_with: TakenWith
@@ -234,8 +242,8 @@ class _Kind:
 
 
 def _grouped(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit]:
-    """The pictures by what took them, and their fit: a camera for each size and lens, or for each
-    zoom where that is the more probable.
+    """Group the pictures by what took them, and fit them: a camera for each size and lens, or for
+    each zoom where that is the more probable.
     """
     plain: _Groups = {p: _Kind(p.size, p.taken_with) for p in seen}
     fit = _fitted(seen, plain, square)
@@ -249,7 +257,7 @@ def _grouped(seen: Sequence[MatPicture], square: float) -> tuple[_Groups, MatFit
 
 
 def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch: float) -> _Groups:
-    """The pictures by what took them and at which zoom, seen on a mat of this stretch."""
+    """Group the pictures by what took them and at which zoom, seen on a mat of this stretch."""
     zoomed: _Groups = dict(plain)
     for kind in dict.fromkeys(plain.values()):
         own = [p for p in seen if plain[p] == kind]
@@ -257,7 +265,7 @@ def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch:
             corners = [_corners(p, 0, square) for p in own]
             longer = np.array([1.0, np.exp(stretch), 1.0])
             corners = [replace(each, points=each.points * longer) for each in corners]
-            zooms = find_zooms(corners, kind.size, kind.taken_with.focal_px(*kind.size))
+            zooms = _find_zooms(corners, kind.size, kind.taken_with.focal_px(*kind.size))
             for picture, zoom in zip(own, zooms.tolist(), strict=True):
                 zoomed[picture] = None if zoom == AMBIGUOUS else replace(kind, zoom=zoom)
     return zoomed
@@ -266,7 +274,7 @@ def _by_zoom(seen: Sequence[MatPicture], plain: _Groups, square: float, stretch:
 def _more_probable(
     seen: Sequence[MatPicture], plain: _Groups, fit: MatFit, zoomed: _Groups, square: float
 ) -> MatFit | None:
-    """The fit by zoom, where that is the more probable; else None."""
+    """Return the fit by zoom, where that is the more probable; else None."""
     more = len(set(zoomed.values()) - {None}) - len(set(plain.values()))
     if more <= 0:
         return None
@@ -285,7 +293,7 @@ def _corners(picture: MatPicture, camera: int, square: float) -> Corners:
 
 
 def _kinds(pictures: Sequence[MatPicture], groups: _Groups) -> list[_Kind]:
-    """The cameras of pictures, in the order in which a fit has them."""
+    """Return the cameras of pictures, in the order in which a fit has them."""
     return list(dict.fromkeys(kind for p in pictures if (kind := groups[p]) is not None))
 
 
@@ -312,7 +320,7 @@ def _placed(
 def _faults(
     folder: Path, mat: Mat, found: Sequence[PlacedPicture], groups: _Groups, fit: MatFit
 ) -> Iterator[str]:
-    """What is wrong with the print or the pictures; InputError where no camera explains them."""
+    """Yield faults of the print and the pictures; InputError where no camera explains them."""
     off = np.array([e.placed.noise_px for e in found])
     squares = float(np.median(off / [e.picture.seen.square_px for e in found]))
     off_px = float(np.median(off))
@@ -377,3 +385,50 @@ def _posed(found: PlacedPicture) -> PosedPicture:
     )
     shot = picture.shot
     return PosedPicture(shot.name, shot.path, intrinsics, placed.pose, placed.cov, shot.frame)
+
+
+def _find_zooms(
+    pictures: Sequence[Corners], size: tuple[int, int], focal: float | None
+) -> NDArray[np.intp]:
+    """Return the number of each picture's zoom (n,), by rising focal length.
+
+    A picture that was cropped and enlarged, and has no EXIF, looks like another of the same size.
+    One focal length for both kinds gives poses that are far off and yet fit the corners well. Each
+    picture that sees the mat at a slant has its own focal length in it, to some percent: where
+    these are two, there are two cameras.
+
+    `focal` is what EXIF says of the focal length, in pixels. AMBIGUOUS are pictures which another
+    zoom suits as well, where there are several: those from right above.
+    """
+    fits = [fitted([replace(p, camera=0)], [size], [focal]).cameras[0] for p in pictures]
+    logs = np.array([np.log(camera.focal) for camera in fits])
+    variances = np.array([camera.cov[0, 0] for camera in fits]) + FOCUS_SD**2
+    groups = _split(np.argsort(logs, kind="stable"), logs, variances)
+    zooms = np.zeros(len(pictures), dtype=np.intp)
+    means = np.array([np.average(logs[g], weights=1 / variances[g]) for g in groups])
+    for number, group in enumerate(groups):
+        zooms[group] = number
+    others = np.abs(logs[:, None] - means) / np.sqrt(variances)[:, None]
+    others[np.arange(len(pictures)), zooms] = np.inf
+    zooms[others.min(axis=1) < AMBIGUOUS_SDS] = AMBIGUOUS
+    return zooms
+
+
+def _split(
+    order: NDArray[np.intp], logs: FloatArray, variances: FloatArray
+) -> list[NDArray[np.intp]]:
+    """Split pictures (n,) in the order of their focal lengths into groups of one zoom each."""
+    best, cut = LEAST_CHI2, 0
+    for at in range(1, len(order)):
+        low, high = order[:at], order[at:]
+        weights = (1 / variances[low]).sum(), (1 / variances[high]).sum()
+        ratio = float(
+            np.average(logs[high], weights=1 / variances[high])
+            - np.average(logs[low], weights=1 / variances[low])
+        )
+        chi2 = ratio**2 / (1 / weights[0] + 1 / weights[1])
+        if ratio >= LEAST_RATIO_SDS * FOCUS_SD and chi2 > best:
+            best, cut = chi2, at
+    if cut == 0:
+        return [order]
+    return [*_split(order[:cut], logs, variances), *_split(order[cut:], logs, variances)]

@@ -47,18 +47,18 @@ class Mat:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name for people."""
         return f"mat {self.paper}"
 
     @cached_property
     def board(self) -> cv2.aruco.CharucoBoard:
-        """The same for OpenCV, whose frame is another one; lengths in squares."""
+        """The board for OpenCV, whose frame is another one; lengths in squares."""
         size, share = (self.columns, self.rows), self.marker_mm / self.square_mm
         numbers = np.array(self.markers, dtype=np.int32)
         return cv2.aruco.CharucoBoard(size, 1.0, share, dictionary(), numbers)
 
     def corners(self, numbers: NDArray[np.intp], square: float) -> FloatArray:
-        """Where the inner corners (n,) of OpenCV's numbers lie in the mat's frame (n, 3).
+        """Return where the inner corners (n,) of OpenCV's numbers lie in the mat's frame (n, 3).
 
         `square` is the side of a square as printed, in metres.
         """
@@ -68,14 +68,16 @@ class Mat:
         return np.column_stack([x, y, np.zeros_like(x)])
 
     def marker_corners(self, number: int) -> FloatArray:
-        """The corners of a marker in the mat's frame, in squares (4, 2), clockwise as printed."""
+        """Return the corners of a marker in the mat's frame, in squares (4, 2), clockwise as
+        printed.
+        """
         points = np.asarray(self.board.getObjPoints()[number - self.first_marker])[:, :2]
         # OpenCV's frame begins at the far left corner, and its y runs towards the reader.
         return np.asarray((points - [self.columns / 2, self.rows / 2]) * [1.0, -1.0])
 
     def black(self) -> Iterator[tuple[float, float, float, float]]:
-        """All that is black of the board: left, low, width and height of rectangles, in millimetres
-        from the paper's lower left corner.
+        """Yield all that is black of the board: left, low, width and height of rectangles, in
+        millimetres from the paper's lower left corner.
         """
         left = (self.width_mm - self.columns * self.square_mm) / 2
         top = (self.height_mm + self.rows * self.square_mm) / 2
@@ -104,27 +106,27 @@ MATS = (
 
 
 def mat_named(paper: str) -> Mat | None:
-    """The mat on that paper, in any case of letters; None if there is none."""
+    """Return the mat on that paper, in any case of letters; None if there is none."""
     return next((mat for mat in MATS if mat.paper.lower() == paper.lower()), None)
 
 
 def mat_of_marker(number: int) -> Mat | None:
-    """The mat that has this marker; None if none has."""
+    """Return the mat that has this marker; None if none has."""
     return next((mat for mat in MATS if number in mat.markers), None)
 
 
 def dictionary() -> cv2.aruco.Dictionary:
-    """OpenCV's dictionary of all mats' markers."""
+    """Return OpenCV's dictionary of all mats' markers."""
     return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
 
 
 def _cells(number: int) -> NDArray[np.bool_]:
-    """Which modules of a marker are black, (6, 6)."""
+    """Return which modules of a marker are black, (6, 6)."""
     drawn = cv2.aruco.generateImageMarker(dictionary(), number, MODULES)
     return np.asarray(np.asarray(drawn) == 0, dtype=np.bool_)
 
 
 def _runs(cells: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """First and last but one of the runs of black modules in a row."""
+    """Yield first and last but one of the runs of black modules in a row."""
     change = np.flatnonzero(np.diff(np.concatenate([[False], cells, [False]]).astype(np.int8)))
     yield from zip(change[::2].tolist(), change[1::2].tolist(), strict=True)

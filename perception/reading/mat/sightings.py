@@ -16,9 +16,9 @@ from facetlog.perception.types import FloatArray, Image
 __all__ = ["LEAST_CORNERS", "MirroredError", "OtherBoardError", "Sighting", "sighting"]
 
 LEAST_CORNERS = 8
-"""Half of the coordinates that they have is more than the six of a pose."""
+"""Least number for a pose: half of their coordinates is more than its six parameters."""
 LEAST_MARKERS = 3
-"""Of a mat, to say that it is there: a single one may be read into anything."""
+"""Least number that shows a mat: a single marker may be misread anywhere."""
 MISREAD_SQUARES = 0.5
 """Farther off than a lens bends the mat; a corner of another marker is at least one off."""
 # A marker's outline is found along its outermost black pixels: its side comes out too short, in
@@ -51,7 +51,7 @@ class MirroredError(InputError):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
-    """What a picture shows of a mat: corners by number (n,), their pixels (n, 2).
+    """A mat as a picture shows it: corners by number (n,), their pixels (n, 2).
 
     `blur_px` is the standard deviation of the blur in its worse direction, of nothing measured nan;
     `square_px` how long the squares' sides are, the median.
@@ -117,7 +117,7 @@ def _other_board(mats: Sequence[Mat]) -> str:
 
 
 def _is_laid_out(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> bool:
-    """Whether most of the markers of a mat that were read are where the mat has them.
+    """Return whether most of the markers of a mat that were read are where the mat has them.
 
     Of another board a few always are: those of one row. A marker of the mat is hardly ever misread.
     """
@@ -127,7 +127,9 @@ def _is_laid_out(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> bo
 
 
 def _agreeing(mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]) -> NDArray[np.bool_]:
-    """Which markers (n,) lie, with all four corners, where one homography of the mat has them."""
+    """Return which markers (n,) lie, with all four corners, where one homography of the mat has
+    them.
+    """
     pixels = np.concatenate([np.reshape(marker, (4, 2)) for marker in markers]).astype(np.float64)
     flat = np.concatenate([mat.marker_corners(n) for n in ids])
     _, inliers = cv2.findHomography(pixels, flat, cv2.RANSAC, MISREAD_SQUARES)
@@ -159,7 +161,7 @@ def _reduced(image: Image) -> Image:
 def _find_corners(
     image: Image, mat: Mat, markers: Sequence[_Marker], ids: Sequence[int]
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Numbers (n,) and pixels (n, 2) of the corners beside these markers."""
+    """Return numbers (n,) and pixels (n, 2) of the corners beside these markers."""
     # One marker beside a corner is enough: the other one is often hidden. OpenCV's own check
     # refuses whole pictures.
     parameters = cv2.aruco.CharucoParameters()
@@ -180,8 +182,8 @@ def _excess_of_sides(
     numbers: NDArray[np.intp],
     pixels: FloatArray,
 ) -> float | None:
-    """By how many pixels the markers' sides are longer than the mat's in squares of that size: the
-    median; None where no marker has all corners of its square.
+    """Return by how many pixels the markers' sides are longer than the mat's in squares of that
+    size: the median; None where no marker has all corners of its square.
     """
     at = {int(n): p for n, p in zip(numbers, pixels, strict=True)}
     flat = {int(n): p for n, p in zip(numbers, mat.corners(numbers, 1.0)[:, :2], strict=True)}
@@ -203,7 +205,7 @@ def _excess_of_sides(
 
 
 def _mean_side(corners: cv2.typing.MatLike) -> float:
-    """The mean side of a quadrangle (4, 2)."""
+    """Return the mean side of a quadrangle (4, 2)."""
     sides = np.asarray(corners, dtype=np.float64) - np.roll(corners, 1, axis=0)
     return float(np.linalg.norm(sides, axis=1).mean())
 
@@ -211,8 +213,8 @@ def _mean_side(corners: cv2.typing.MatLike) -> float:
 def _sharpness(
     image: Image, mat: Mat, numbers: NDArray[np.intp], pixels: FloatArray
 ) -> tuple[float, float]:
-    """Blur of the edges between neighbouring corners in the worse of both directions, and the
-    median length of such an edge, px.
+    """Return the blur of the edges between neighbouring corners in the worse of both directions,
+    and the median length of such an edge, px.
     """
     at = {int(n): p for n, p in zip(numbers, pixels, strict=True)}
     across = [(n, n + 1) for n in at if (n + 1) % (mat.columns - 1) and n + 1 in at]
@@ -229,7 +231,9 @@ def _sharpness(
 
 
 def _blur(image: Image, ends: FloatArray) -> float:
-    """The median blur across edges (n, 2, 2) between a black square and a marker's white rim."""
+    """Return the median blur across edges (n, 2, 2) between a black square and a marker's white
+    rim.
+    """
     middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
     half = PROFILE_SQUARES * np.stack([-along[:, 1], along[:, 0]], axis=1)
     steps = np.linspace(-1.0, 1.0, PROFILE_SAMPLES)
@@ -246,7 +250,7 @@ def _blur(image: Image, ends: FloatArray) -> float:
 
 
 def _widths_of_rims(sds: FloatArray) -> FloatArray:
-    """Contrast over slope of a white rim of width 1 beside black, blurred by Gaussians (n,).
+    """Return contrast over slope of a white rim of width 1 beside black, blurred by Gaussians (n,).
 
     Blurred, the rim has the contrast 2 Φ(1 / 2 sd) - 1 in its middle, and at its edge the slope
     (1 - exp(-1 / 2 sd²)) / (sqrt(2 π) sd).

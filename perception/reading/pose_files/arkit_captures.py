@@ -21,20 +21,25 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.pose_files.json_file import read_json, taken
-from facetlog.perception.reading.pose_files.pose_checks import finite, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader, by_unit
+from facetlog.perception.reading.pose_files.file_values import (
+    OPENCV_FROM_OPENGL,
+    follow_keys,
+    make_pose,
+    parse_finite,
+    quaternion_matrix,
+    read_json,
+)
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
     read_intrinsics,
 )
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["POLYCAM", "RECORD3D", "read_polycam", "read_record3d"]
+__all__ = ["POLYCAM", "RECORD3D", "RECORD3D_ZIP"]
 
 # Folders of cameras and of the pictures that they took, the better ones first.
 KEYFRAMES = "keyframes"
@@ -42,96 +47,82 @@ PAIRS = {"corrected_cameras": "corrected_images", "cameras": "images"}
 METADATA, RGB = ("metadata.json", "metadata"), ("rgbd", "rgb")
 ZIPPED = ".r3d"
 SUFFIXES = (".jpg", ".jpeg", ".png")
-OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 OF_POLYCAM = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
 OF_RECORD3D = FieldNames("w", "h", "fx", "fy", pixel_centre=0.5)
 
 
-def read_polycam(path: Path, unit: str | None) -> PosesFile:
-    """The poses beside one of Polycam's cameras; y is up, lengths are metres or of `unit`.
-
-    InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
-    name the file.
-    """
-    scale = 1.0 if unit is None else metres_per(unit, "--unit")
+def read_polycam(path: Path) -> PosesFile:
+    """Return the poses beside one of Polycam's cameras; y is up."""
     files = sorted(path.parent.glob("*.json"), key=lambda file: (len(file.name), file.name))
-    images = path.parent.parent / PAIRS[path.parent.name]
-    pictures, faults = posed_pictures(partial(_of_polycam, file, images, scale) for file in files)
-    return PosesFile(_capture(path), pictures, np.array([0.0, 1.0, 0.0]), True, faults=faults)
-
-
-def _capture(path: Path) -> Path:
     keyframes = path.parent.parent
-    return keyframes.resolve().parent if keyframes.resolve().name == KEYFRAMES else keyframes
+    images = keyframes / PAIRS[path.parent.name]
+    whole = keyframes.resolve()
+    folder = whole.parent if whole.name == KEYFRAMES else keyframes
+    pictures, faults = posed_pictures(partial(_polycam_picture, file, images) for file in files)
+    return PosesFile(folder, pictures, np.array([0.0, 1.0, 0.0]), faults=faults)
 
 
-def _of_polycam(file: Path, images: Path, scale: float) -> PosedPicture:
+def _polycam_picture(file: Path, images: Path) -> PosedPicture:
     fields, where = read_json(file), str(file)
     names = [f"t_{row}{column}" for row in range(3) for column in range(4)]
-    numbers = finite([taken(fields, where, name) for name in names], 12, where)
-    matrix = np.array(numbers).reshape(3, 4)
-    pose = posed(matrix[:, :3] @ OPENCV_FROM_OPENGL, matrix[:, 3] * scale, where)
-    camera = {key: taken(fields, where, key) for key in ("fx", "fy", "cx", "cy")}
+    numbers = parse_finite([follow_keys(fields, where, name) for name in names], 12, where)
+    matrix: FloatArray = np.reshape(numbers, (3, 4))
+    pose = make_pose(matrix[:, :3] @ OPENCV_FROM_OPENGL, matrix[:, 3], where)
+    camera = {key: follow_keys(fields, where, key) for key in ("fx", "fy", "cx", "cy")}
     if isinstance(fields, Mapping):
         camera |= {key: fields.get(key) for key in ("width", "height")}
-    picture = _with_suffix(images, file.stem)
-    name = f"{images.name}/{picture.name}"
-    return PosedPicture(name, picture, read_intrinsics(_pinhole(camera), OF_POLYCAM, where), pose)
+    return _picture(images, file.stem, camera, OF_POLYCAM, pose, where)
 
 
-def read_record3d(path: Path, unit: str | None) -> PosesFile:
-    """The poses in Record3D's metadata.json; lengths are metres, or of `unit`; errors as above."""
-    scale = 1.0 if unit is None else metres_per(unit, "--unit")
+def read_record3d(path: Path) -> PosesFile:
+    """Return the poses in Record3D's metadata.json."""
     document, where = read_json(path), str(path)
-    poses = taken(document, where, "poses")
+    poses = follow_keys(document, where, "poses")
     if not isinstance(document, Mapping) or not isinstance(poses, list):
         raise InputError(f'{path}: no list of "poses": is this Record3D\'s {METADATA[0]}?')
     images = next((path.parent / name for name in RGB if (path.parent / name).is_dir()), None)
     if images is None:
         raise InputError(f"{path.parent} has no folder {RGB[0]} of pictures beside {path.name}")
     pictures, faults = posed_pictures(
-        partial(_of_record3d, number, document, images, scale, f"{path}: pose {number + 1}")
+        partial(_record3d_picture, number, document, images, f"{path}: pose {number + 1}")
         for number in range(len(poses))
     )
-    return PosesFile(path.parent, pictures, None, True, faults=faults)
+    return PosesFile(path.parent, pictures, faults=faults)
 
 
-def _of_record3d(
-    number: int, document: Mapping[str, object], images: Path, scale: float, where: str
+def _record3d_picture(
+    number: int, document: Mapping[str, object], images: Path, where: str
 ) -> PosedPicture:
-    x, y, z, w, *place = finite(_row(document["poses"], number), 7, where)
-    rotation = rotation_of((w, x, y, z), place, where) @ OPENCV_FROM_OPENGL
-    pose = posed(rotation, np.array(place) * scale, where)
+    x, y, z, w, *place = parse_finite(_row(document["poses"], number), 7, where)
+    rotation = quaternion_matrix((w, x, y, z), place, where) @ OPENCV_FROM_OPENGL
+    pose = make_pose(rotation, np.array(place), where)
     each = document.get("perFrameIntrinsicCoeffs")
     if each:
-        fx, fy, cx, cy = finite(_row(each, number), 4, f"{where}: its intrinsics")
+        fx, fy, cx, cy = parse_finite(_row(each, number), 4, f"{where}: its intrinsics")
     else:
-        matrix: FloatArray = np.array(finite(_list(document.get("K")), 9, f"{where}: K"))
-        (fx, _, cx), (_, fy, cy), _ = matrix.reshape(3, 3).T
-    camera = {key: taken(document, where, key) for key in ("w", "h")}
-    camera |= {"fx": float(fx), "fy": float(fy), "cx": float(cx), "cy": float(cy)}
-    picture = _with_suffix(images, str(number))
-    name = f"{images.name}/{picture.name}"
-    return PosedPicture(name, picture, read_intrinsics(_pinhole(camera), OF_RECORD3D, where), pose)
+        fx, _, _, _, fy, _, cx, cy, _ = parse_finite(document.get("K"), 9, f"{where}: K")
+    camera = {key: follow_keys(document, where, key) for key in ("w", "h")}
+    camera |= {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    return _picture(images, str(number), camera, OF_RECORD3D, pose, where)
 
 
-def _pinhole(camera: Mapping[str, object]) -> Mapping[str, object]:
-    return {"camera_model": "PINHOLE", **camera}
+def _picture(
+    images: Path,
+    stem: str,
+    camera: Mapping[str, object],
+    names: FieldNames,
+    pose: Pose,
+    where: str,
+) -> PosedPicture:
+    """Return a pinhole's picture; with the usual suffix where it is missing, to be reported."""
+    paths = [images / f"{stem}{suffix}" for suffix in SUFFIXES]
+    path = next((path for path in paths if path.is_file()), paths[0])
+    intrinsics = read_intrinsics({"camera_model": "PINHOLE", **camera}, names, where)
+    return PosedPicture(f"{images.name}/{path.name}", path, intrinsics, pose)
 
 
-def _list(value: object) -> list[object]:
-    return value if isinstance(value, list) else []
-
-
-def _row(rows: object, number: int) -> list[object]:
-    listed = _list(rows)
-    return _list(listed[number]) if number < len(listed) else []
-
-
-def _with_suffix(folder: Path, stem: str) -> Path:
-    """The picture of a name; with the usual suffix where there is none, so that it is reported."""
-    paths = [folder / f"{stem}{suffix}" for suffix in SUFFIXES]
-    return next((path for path in paths if path.is_file()), paths[0])
+def _row(rows: object, number: int) -> object:
+    return rows[number] if isinstance(rows, list) and number < len(rows) else None
 
 
 def _find_polycam(folder: Path) -> Path | None:
@@ -166,14 +157,14 @@ POLYCAM = PoseReader(
     needs=f"Polycam's {KEYFRAMES} folder",
     find=_find_polycam,
     takes=lambda path: path.suffix == ".json" and path.parent.name in PAIRS,
-    read=by_unit(read_polycam),
+    read=with_unit(read_polycam, "m"),
 )
 RECORD3D = PoseReader(
     kind="Record3D capture",
     needs=f"Record3D's {METADATA[0]} with {RGB[0]}",
     find=_find_record3d,
     takes=lambda path: path.name in METADATA,
-    read=by_unit(read_record3d),
+    read=with_unit(read_record3d, "m"),
 )
 RECORD3D_ZIP = PoseReader(
     kind="Record3D export",

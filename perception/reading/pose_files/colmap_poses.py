@@ -17,15 +17,14 @@ from facetlog.perception.reading.colmap_files import (
     colmap_models,
     colmap_pictures,
 )
+from facetlog.perception.reading.pose_files.file_values import make_pose, quaternion_matrix
 from facetlog.perception.reading.pose_files.picture_places import may_be_below, picture_path
-from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
     read_intrinsics,
 )
@@ -39,25 +38,22 @@ LAYOUT = ("sparse", "dense", "colmap")
 
 
 def find_colmap_poses(folder: Path) -> Path | None:
-    """The images.bin or images.txt of the largest model in or below a folder; None without one."""
+    """Return the images.bin or images.txt of the largest model in or below a folder; None without
+    one.
+    """
     return next(iter(colmap_models(folder, "images", "cameras")), None)
 
 
 def choice_of_model(folder: Path) -> str:
-    """Which of several models in a folder is read, for people; empty where there is one."""
+    """Return which of several models in a folder is read, for people; empty where there is one."""
     models = colmap_models(folder, "images", "cameras")
     if len(models) < 2:
         return ""
     return f"{models[0].parent.relative_to(folder)}, the largest of {len(models)}"
 
 
-def read_colmap_poses(path: Path, unit: str | None) -> PosesFile:
-    """The poses in an images.bin or images.txt; in metres if `unit` is given.
-
-    InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
-    name the file and the picture.
-    """
-    scale = None if unit is None else metres_per(unit, "--unit")
+def read_colmap_poses(path: Path) -> PosesFile:
+    """Return the poses in an images.bin or images.txt."""
     try:
         cameras = colmap_cameras(path.with_name(f"cameras{path.suffix}"))
         pictures = colmap_pictures(path)
@@ -67,21 +63,21 @@ def read_colmap_poses(path: Path, unit: str | None) -> PosesFile:
     project, inside = _home(path, names)
     lenses: dict[int, Intrinsics] = {}
     posed, faults = posed_pictures(
-        partial(_posed, picture, cameras, lenses, inside, scale or 1.0) for picture in pictures
+        partial(_posed, picture, cameras, lenses, inside) for picture in pictures
     )
     advice = "" if _there(names, inside) else f"put the pictures into {_own_home(path)}"
-    return PosesFile(project, posed, None, scale is not None, faults=faults, advice=advice)
+    return PosesFile(project, posed, faults=faults, advice=advice)
 
 
 def _own_home(path: Path) -> Path:
-    """Where the pictures of a model belong by COLMAP's layouts."""
+    """Return where the pictures of a model belong by COLMAP's layouts."""
     model = path.parent.resolve()
     *_, above = _upwards(model)
     return (above if model.name in LAYOUT or model.name.isdigit() else model) / PICTURES
 
 
 def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
-    """The folder of the whole project, and the one in it that picture names start from.
+    """Return the folder of the whole project, and the one in it that picture names start from.
 
     The pictures are in images/ beside the model or above it, or else right there: where most of
     them are found. Above is the folder that holds the model's, and on through those of COLMAP's
@@ -110,7 +106,9 @@ def _upwards(model: Path) -> Iterator[Path]:
 
 
 def has_pictures(path: Path) -> bool:
-    """Whether any picture that an images.bin or images.txt names is there: else it is a cloud."""
+    """Return whether any picture that an images.bin or images.txt names is there: else it is a
+    cloud.
+    """
     try:
         names = [picture.name for picture in colmap_pictures(path)]
     except (InputError, OSError):
@@ -124,7 +122,6 @@ def _posed(
     cameras: Mapping[int, ColmapCamera],
     lenses: dict[int, Intrinsics],
     inside: Path,
-    scale: float,
 ) -> PosedPicture:
     where = f"{picture.where} ({picture.name!r:.80})"
     camera = cameras.get(picture.camera)
@@ -132,9 +129,9 @@ def _posed(
         raise CalibrationError(f"{where}: there is no camera {picture.camera}: export it again")
     if camera.number not in lenses:
         lenses[camera.number] = _intrinsics(camera)
-    camera_from_world = rotation_of(picture.quaternion, picture.translation, where)
+    camera_from_world = quaternion_matrix(picture.quaternion, picture.translation, where)
     centre = -camera_from_world.T @ np.array(picture.translation)
-    pose = posed(camera_from_world.T, centre * scale, where)
+    pose = make_pose(camera_from_world.T, centre, where)
     path = picture_path(inside, picture.name)
     return PosedPicture(picture.name, path, lenses[camera.number], pose)
 
@@ -161,7 +158,7 @@ COLMAP = PoseReader(
     needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
     find=find_colmap_poses,
     takes=lambda path: path.name in ("images.bin", "images.txt"),
-    read=by_unit(read_colmap_poses),
+    read=with_unit(read_colmap_poses),
     choice=choice_of_model,
     lacks=_lacks,
 )

@@ -16,26 +16,31 @@ from pathlib import Path, PureWindowsPath
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.reading.left_out import LeftOut
-from facetlog.perception.reading.pose_files.json_file import read_json, taken
-from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, is_file, posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
+from facetlog.perception.reading.pose_files.file_values import (
+    EXPORT,
+    flatten_rows,
+    follow_keys,
+    is_file,
+    make_pose,
+    parse_finite,
+    read_json,
+)
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
-    FieldNames,
+    PLAIN_NAMES,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
     read_intrinsics,
+    unregistered,
 )
 
-__all__ = ["OPENMVG", "read_openmvg"]
+__all__ = ["OPENMVG"]
 
 SFM_DATA, PICTURES = "sfm_data.json", "images"
 BINARY = "sfm_data.bin"
-NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
-# Kinds of cameras: the model that they are, where their coefficients stand, and these' names.
+# Kinds of cameras: the model that they are, and the key and names of their coefficients.
 CAMERAS = {
     "pinhole": ("PINHOLE", "", ()),
     "pinhole_radial_k1": ("OPENCV", "disto_k1", ("k1",)),
@@ -44,7 +49,7 @@ CAMERAS = {
     "fisheye": ("OPENCV_FISHEYE", "fisheye", ("k1", "k2", "k3", "k4")),
 }
 FIRST_OF_ITS_KIND = 1 << 31
-"""The bit of a polymorphic_id beside which the kind's name stands."""
+"""The bit of a polymorphic_id beside which the kind's name is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,64 +60,57 @@ class _View:
     where: str
 
 
-def read_openmvg(path: Path, unit: str | None) -> PosesFile:
-    """The poses in a sfm_data.json, in metres if `unit` is given.
-
-    InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
-    name the file and the picture.
-    """
-    scale = None if unit is None else metres_per(unit, "--unit")
+def read_openmvg(path: Path) -> PosesFile:
+    """Return the poses in a sfm_data.json."""
     document, where = read_json(path), str(path)
-    views = [_view(entry, path) for _, entry in _entries(document, "views", where)]
-    intrinsics = dict(_intrinsics(document, where))
-    poses = dict(_entries(document, "extrinsics", where))
-    folder, inside = _home(path, str(taken(document, where, "root_path")), views)
+    views = [_parse_view(entry, path) for _, entry in _iter_entries(document, "views", where)]
+    intrinsics = dict(_iter_intrinsics(document, where))
+    poses = dict(_iter_entries(document, "extrinsics", where))
+    folder, inside = _find_pictures(path, str(follow_keys(document, where, "root_path")), views)
     pictures, faults = posed_pictures(
-        partial(_picture, view, intrinsics, poses[view.pose], inside, scale or 1.0)
+        partial(_picture, view, intrinsics, poses[view.pose], inside)
         for view in views
         if view.pose in poses
     )
-    unposed = tuple(
-        LeftOut(view.name, f"{path}: {view.name} has no pose: it was not registered", view.name)
-        for view in views
-        if view.pose not in poses
-    )
-    return PosesFile(folder, pictures, None, scale is not None, faults=faults, left_out=unposed)
+    lost = unregistered(path, (view.name for view in views if view.pose not in poses))
+    return PosesFile(folder, pictures, faults=faults, left_out=lost)
 
 
-def _entries(document: object, name: str, where: str) -> Iterator[tuple[object, object]]:
-    entries = taken(document, where, name)
+def _iter_entries(document: object, name: str, where: str) -> Iterator[tuple[object, object]]:
+    entries = follow_keys(document, where, name)
     if not isinstance(entries, list):
         raise InputError(f"{where}: {name!r} is no list: is this OpenMVG's {SFM_DATA}?")
     for number, entry in enumerate(entries, start=1):
-        of = f"{where}: {name} {number}"
-        yield taken(entry, of, "key"), taken(entry, of, "value")
+        place = f"{where}: {name} {number}"
+        yield follow_keys(entry, place, "key"), follow_keys(entry, place, "value")
 
 
-def _view(entry: object, path: Path) -> _View:
-    data = taken(entry, f"{path}: a view", "ptr_wrapper", "data")
-    where = f"{path}: view {taken(data, f'{path}: a view', 'id_view')!r:.20}"
-    names = [str(taken(data, where, key)) for key in ("local_path", "filename")]
-    name = PureWindowsPath(*names).as_posix()  # which reads either kind of slash
-    view, pose = taken(data, where, "id_intrinsic"), taken(data, where, "id_pose")
-    return _View(name, view, pose, f"{where} ({name!r:.80})")
+def _parse_view(entry: object, path: Path) -> _View:
+    data = follow_keys(entry, f"{path}: a view", "ptr_wrapper", "data")
+    where = f"{path}: view {follow_keys(data, f'{path}: a view', 'id_view')!r:.20}"
+    folder, name, intrinsic, pose = (
+        follow_keys(data, where, key)
+        for key in ("local_path", "filename", "id_intrinsic", "id_pose")
+    )
+    name = PureWindowsPath(str(folder), str(name)).as_posix()  # which reads either kind of slash
+    return _View(name, intrinsic, pose, f"{where} ({name!r:.80})")
 
 
-def _intrinsics(document: object, where: str) -> Iterator[tuple[object, Intrinsics]]:
+def _iter_intrinsics(document: object, where: str) -> Iterator[tuple[object, Intrinsics]]:
     kinds: dict[int, str] = {}
-    for key, entry in _entries(document, "intrinsics", where):
-        of = f"{where}: intrinsic {key!r:.20}"
-        number = taken(entry, of, "polymorphic_id")
-        data = taken(entry, of, "ptr_wrapper", "data")
+    for key, entry in _iter_entries(document, "intrinsics", where):
+        place = f"{where}: intrinsic {key!r:.20}"
+        number = follow_keys(entry, place, "polymorphic_id")
+        data = follow_keys(entry, place, "ptr_wrapper", "data")
         if not isinstance(number, int) or not isinstance(data, Mapping):
-            raise InputError(f"{of}: not a camera as OpenMVG writes it: {EXPORT}")
+            raise InputError(f"{place}: not a camera as OpenMVG writes it: {EXPORT}")
         if number & FIRST_OF_ITS_KIND:
             number -= FIRST_OF_ITS_KIND
-            kinds[number] = str(taken(entry, of, "polymorphic_name"))
-        yield key, _camera(kinds.get(number, ""), data, of)
+            kinds[number] = str(follow_keys(entry, place, "polymorphic_name"))
+        yield key, _parse_camera(kinds.get(number, ""), data, place)
 
 
-def _camera(kind: str, data: Mapping[str, object], where: str) -> Intrinsics:
+def _parse_camera(kind: str, data: Mapping[str, object], where: str) -> Intrinsics:
     if kind not in CAMERAS:
         raise CalibrationError(
             f"{where}: the camera is of kind {kind!r:.40}, not one of {', '.join(CAMERAS)}: "
@@ -121,20 +119,18 @@ def _camera(kind: str, data: Mapping[str, object], where: str) -> Intrinsics:
     base = data.get("value0")  # where some versions put what all cameras have
     data = {**(base if isinstance(base, Mapping) else {}), **data}
     model, key, names = CAMERAS[kind]
-    given = data.get(key, ())
-    numbers = finite(given if isinstance(given, list | tuple) else (), len(names), where)
+    numbers = parse_finite(data.get(key, ()), len(names), where)
     fields: dict[str, object] = {"camera_model": model, **dict(zip(names, numbers, strict=True))}
     fields |= {name: data.get(name) for name in ("width", "height")}
     fields["fx"] = fields["fy"] = data.get("focal_length")
-    centre = data.get("principal_point")
-    fields["cx"], fields["cy"] = finite(
-        centre if isinstance(centre, list) else (), 2, f"{where}: principal_point"
+    fields["cx"], fields["cy"] = parse_finite(
+        data.get("principal_point"), 2, f"{where}: principal_point"
     )
-    return read_intrinsics(fields, NAMES, where)
+    return read_intrinsics(fields, PLAIN_NAMES, where)
 
 
-def _home(path: Path, root: str, views: list[_View]) -> tuple[Path, Path]:
-    """The folder of the whole project, and the one that picture names start from.
+def _find_pictures(path: Path, root: str, views: list[_View]) -> tuple[Path, Path]:
+    """Return the folder of the whole project, and the one that picture names start from.
 
     That is root_path, if it is below; but projects are moved, so that the pictures may be in
     images/ beside the file or beside its folder, or right there: where most of them are found.
@@ -150,23 +146,16 @@ def _home(path: Path, root: str, views: list[_View]) -> tuple[Path, Path]:
 
 
 def _picture(
-    view: _View,
-    intrinsics: Mapping[object, Intrinsics],
-    pose: object,
-    inside: Path,
-    scale: float,
+    view: _View, intrinsics: Mapping[object, Intrinsics], pose: object, inside: Path
 ) -> PosedPicture:
     if view.intrinsic not in intrinsics:
         raise CalibrationError(
             f"{view.where}: there is no intrinsic {view.intrinsic!r:.20}: {EXPORT}"
         )
-    rows, place = taken(pose, view.where, "rotation"), taken(pose, view.where, "center")
-    numbers = (
-        [n for row in rows if isinstance(row, list) for n in row] if isinstance(rows, list) else []
-    )
-    rotation = np.array(finite(numbers, 9, f"{view.where}: rotation")).reshape(3, 3)
-    centre = finite(place if isinstance(place, list) else (), 3, f"{view.where}: center")
-    found = posed(rotation.T, np.array(centre) * scale, view.where)
+    rows, place = follow_keys(pose, view.where, "rotation"), follow_keys(pose, view.where, "center")
+    rotation = np.reshape(parse_finite(flatten_rows(rows), 9, f"{view.where}: rotation"), (3, 3))
+    centre = np.array(parse_finite(place, 3, f"{view.where}: center"))
+    found = make_pose(rotation.T, centre, view.where)
     return PosedPicture(view.name, inside / view.name, intrinsics[view.intrinsic], found)
 
 
@@ -183,5 +172,5 @@ OPENMVG = PoseReader(
     find=first_of(SFM_DATA),
     lacks=_lacks,
     takes=lambda path: path.name == SFM_DATA,
-    read=by_unit(read_openmvg),
+    read=with_unit(read_openmvg),
 )

@@ -19,74 +19,53 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
+from facetlog.perception.reading.pose_files.file_values import metres_per, read_text
 from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
-    FieldNames,
+    PLAIN_NAMES,
     Intrinsics,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
     read_intrinsics,
-    read_text,
 )
 from facetlog.toml_text import toml_fields
 
-__all__ = ["CAMERA_FILE", "COLUMNS", "PAN_TILT", "POSES_FILE", "read_camera", "read_pan_tilt"]
+__all__ = ["CAMERA_FILE", "PAN_TILT", "read_camera"]
 
 CAMERA_FILE = "camera.toml"
 POSES_FILE = "poses.csv"
 COLUMNS = ("image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg")
-NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
 CAMERA_EXAMPLE = (
     'width, height, fx, fy, cx, cy, and the unit of the poses, as unit = "m" (or cm, mm, in, ft)'
 )
 
 
-def read_pan_tilt(path: Path, unit: str | None = None) -> PosesFile:
-    """The poses of a pan-tilt tour; lengths become metres by the unit of camera.toml, or `unit`.
-
-    Raises InputError for what is not CSV or TOML of this form, CalibrationError for a camera or
-    pose that cannot be; both name the file and the line.
-    """
-    intrinsics, scale = read_camera(path.parent / CAMERA_FILE, unit)
+def read_pan_tilt(path: Path) -> PosesFile:
+    """Return the poses of a pan-tilt tour; InputError names file and line of what is none."""
+    intrinsics, unit = read_camera(path.parent / CAMERA_FILE)
     pictures, faults = posed_pictures(
-        partial(_picture, row, path, f"{path}:{line}", intrinsics, scale or 1.0)
-        for line, row in _rows(path)
+        partial(_picture, row, path, f"{path}:{line}", intrinsics) for line, row in _rows(path)
     )
-    up = np.array([0.0, 0.0, 1.0])
-    return PosesFile(path.parent, pictures, up, metric=scale is not None, faults=faults)
+    return PosesFile(path.parent, pictures, np.array([0.0, 0.0, 1.0]), unit=unit, faults=faults)
 
 
-def read_camera(path: Path, unit: str | None) -> tuple[Intrinsics, float | None]:
-    """The camera in a camera.toml, and metres per unit of length by it or by `unit`, if given."""
-    fields = _camera_fields(path)
-    scale = _scale(fields, path, unit)
-    return read_intrinsics(fields, NAMES, str(path)), scale
-
-
-def _camera_fields(path: Path) -> Mapping[str, object]:
+def read_camera(path: Path) -> tuple[Intrinsics, str | None]:
+    """Return the camera in a camera.toml, and the unit of length that it names, if any."""
     if not path.exists():
         raise CalibrationError(f"{path} is missing: write it with {CAMERA_EXAMPLE}")
-    return toml_fields(read_text(path), str(path))
-
-
-def _scale(fields: Mapping[str, object], path: Path, unit: str | None) -> float | None:
-    """Metres per unit of the tour, None where it is not given."""
-    stated = fields.get("unit", unit)
-    if stated is None:
-        return None
-    if not isinstance(stated, str):
-        raise InputError(f'{path}: unit is {stated!r:.40}: write it in quotes, as in "in"')
-    scale = metres_per(stated, str(path) if "unit" in fields else "--unit")
-    if unit is not None and unit != stated:
-        raise InputError(f"{path} says unit {stated!r}, and {unit!r} was given: leave one out")
-    return scale
+    fields = toml_fields(read_text(path), str(path))
+    unit = fields.get("unit")
+    if not isinstance(unit, str | None):
+        raise InputError(f'{path}: unit is {unit!r:.40}: write it in quotes, as in "in"')
+    if unit is not None:
+        metres_per(unit, str(path))
+    return read_intrinsics(fields, PLAIN_NAMES, str(path)), unit
 
 
 def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
-    """Line number and fields of every pose."""
+    """Yield line number and fields of every pose."""
     lines = csv.reader(io.StringIO(read_text(path)), strict=True)
     header: tuple[str, ...] | None = None
     try:
@@ -115,7 +94,7 @@ def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
 
 
 def _picture(
-    row: Mapping[str, str], path: Path, where: str, intrinsics: Intrinsics, scale: float
+    row: Mapping[str, str], path: Path, where: str, intrinsics: Intrinsics
 ) -> PosedPicture:
     name = row["image"].strip()
     if not name:
@@ -123,7 +102,7 @@ def _picture(
     x, y, z, pan, tilt, skew = (_finite(row[key], key, where) for key in COLUMNS[1:])
     angles = math.radians(pan), math.radians(tilt), math.radians(skew)
     try:
-        pose = pan_tilt_pose(x * scale, y * scale, z * scale, *angles)
+        pose = pan_tilt_pose(x, y, z, *angles)
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: {exc}") from exc
     of_picture = replace(intrinsics, where=f"{where} ({name!r:.80})")
@@ -141,7 +120,9 @@ def _finite(text: str, key: str, where: str) -> float:
 
 
 def _find(folder: Path) -> Path | None:
-    """poses.csv, or the only CSV; other tables that go with no camera are not meant as poses."""
+    """Return poses.csv, or the only CSV; other tables that go with no camera are not meant as
+    poses.
+    """
     tables = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".csv" and p.is_file())
     named = [p for p in tables if p.name == POSES_FILE]
     if not named and not (folder / CAMERA_FILE).is_file():
@@ -156,5 +137,5 @@ PAN_TILT = PoseReader(
     needs=f"{POSES_FILE} ({','.join(COLUMNS)}) with {CAMERA_FILE}",
     find=_find,
     takes=lambda path: path.suffix.lower() == ".csv",
-    read=by_unit(read_pan_tilt),
+    read=with_unit(read_pan_tilt),
 )

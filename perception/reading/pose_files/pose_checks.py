@@ -1,32 +1,17 @@
-"""Poses from the numbers that files have, with faults named by their place.
+"""Checks of cameras and poses for values that no camera has.
 
-Numbers that no camera has are refused here, of all kinds of files: what comes later squares and
-divides them, and would end in overflow or in views that mean nothing.
+They are refused here, of all kinds of files: what comes later squares and divides them, and would
+end in overflow or in views that mean nothing.
 """
-
-from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.reading.lens import FISHEYES, Distortion, Lens
-from facetlog.perception.types import Camera, FloatArray, Pose
+from facetlog.perception.types import FloatArray, Pose
 
-__all__ = [
-    "EXPORT",
-    "LEAST_SPREAD",
-    "array_of",
-    "check_lens",
-    "check_pose",
-    "finite",
-    "is_file",
-    "posed",
-    "rotation_of",
-]
+__all__ = ["LEAST_SPREAD", "check_lens", "check_pose"]
 
-EXPORT = "export it again"
-"""The way out of what a program wrote in part."""
 FARTHEST = 1e12
 """Units of length from a world's origin, and standard deviations: a thousand times the earth's
 circumference in millimetres, which are map coordinates. Doubles hold its fourth power."""
@@ -37,9 +22,9 @@ WIDEST_TANGENT = 25.0
 SMALLEST_ANGLE = 1e-3
 """View angle in radians across a picture's diagonal: a telescope's."""
 FARTHEST_CENTRE = 3.0
-"""Of the principal point from the middle, in diagonals: beyond what is cropped from any picture."""
+"""Largest distance of the principal point from the middle, in diagonals, also if cropped."""
 LONGEST_PIXEL = 4.0
-"""Of a pixel's sides, one by the other: what is squeezed for the screen has 2."""
+"""Largest ratio of a pixel's sides: pictures that are squeezed for the screen have 2."""
 LEAST_GAIN, MOST_GAIN = 0.2, 1.2
 """Distorted over undistorted radius at a picture's corners: lenses bend inwards much (those that
 see 180 degrees), outwards by a tenth."""
@@ -48,75 +33,8 @@ SHARE_OF_PICTURE = 5.0
 (150 degrees) to 5 (a long telephoto lens)."""
 
 
-def is_file(path: Path) -> bool:
-    """Whether it is there; not if no file can have such a name, which is reported on reading it."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
-def finite(words: Sequence[object], count: int, where: str) -> list[float]:
-    """So many finite numbers, from words or numbers; CalibrationError, with `where`, if not."""
-    try:
-        numbers = [float(word) for word in words]  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        numbers = []
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        raise CalibrationError(f"{where}: not {count} finite numbers: {EXPORT}")
-    return numbers
-
-
-def array_of(rows: object, *shape: int) -> FloatArray | None:
-    """Return the finite numbers of nested lists as an array of this shape; None for all else.
-
-    >>> array_of([[1, 2.5]], 1, 2)
-    array([[1. , 2.5]])
-    >>> array_of([True], 1), array_of([10**400], 1), array_of([1.0, 2.0], 1)
-    (None, None, None)
-    """
-    leaves = [rows]
-    for count in shape:
-        if not all(isinstance(each, list) and len(each) == count for each in leaves):
-            return None
-        leaves = [each for some in leaves for each in some]  # type: ignore[attr-defined]
-    if not all(type(x) in (int, float) for x in leaves):
-        return None
-    try:
-        found = np.array(rows, dtype=np.float64)
-    except OverflowError:
-        return None
-    return found if np.isfinite(found).all() else None
-
-
-def rotation_of(quaternion: Sequence[float], place: Sequence[float], where: str) -> FloatArray:
-    """The matrix (3, 3) of a quaternion (w, x, y, z) of any length but 0.
-
-    CalibrationError if it is of length 0, or it or the `place` (3,) beside it is not finite.
-    """
-    from scipy.spatial.transform import Rotation  # loaded only now: other kinds do without
-
-    if not np.isfinite([*quaternion, *place]).all():
-        raise CalibrationError(f"{where}: its pose is not finite: register the picture again")
-    largest = float(np.abs(quaternion).max())
-    if largest == 0.0:
-        raise CalibrationError(
-            f"{where}: its quaternion is of length 0: register the picture again"
-        )
-    w, x, y, z = (number / largest for number in quaternion)  # whose squares neither over- nor
-    return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())  # underflow
-
-
-def posed(world_from_camera: FloatArray, centre: FloatArray, where: str) -> Pose:
-    """The pose of a rotation (3, 3) and a centre (3,); CalibrationError, with `where`, if none."""
-    try:
-        return Pose(world_from_camera, centre)
-    except CalibrationError as exc:
-        raise CalibrationError(f"{where}: {exc}") from exc
-
-
 def check_pose(pose: Pose, covariance: FloatArray | None, where: str) -> None:
-    """Raise CalibrationError if a camera stands, or may be off, farther than any can."""
+    """Raise CalibrationError if a camera is, or may be off, farther than any can."""
     far = float(np.abs(pose.centre).max())
     if far > FARTHEST:
         raise CalibrationError(
@@ -168,17 +86,17 @@ def check_lens(lens: Lens, where: str) -> None:
         )
     gain = _gain_at_corners(lens)
     if lens.distortion is Distortion.POLYNOMIAL and not LEAST_GAIN <= gain <= MOST_GAIN:
+        shown = ", ".join(f"{c:g}" for c in lens.coefficients)
         raise CalibrationError(
-            f"{where}: the lens distortion {_shown(lens.coefficients)} moves the picture's corners "
+            f"{where}: the lens distortion ({shown}) moves the picture's corners "
             f"to {gain:.3g} times their distance from the middle ({LEAST_GAIN} to {MOST_GAIN}): "
             "check the coefficients and the camera model"
         )
 
 
 def _gain_at_corners(lens: Lens) -> float:
-    """Distorted over undistorted radius of the corners of the undistorted picture: the farthest
-    from 1."""
-    pinhole: Camera = lens.pinhole
+    """Return the distorted over the undistorted radius of a picture's corners, farthest from 1."""
+    pinhole = lens.pinhole
     u, v = np.array([0.0, pinhole.width - 1.0]), np.array([0.0, pinhole.height - 1.0])
     x, y = (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy
     gains = lens.radial_gain(np.add.outer(x**2, y**2).ravel())
@@ -187,7 +105,3 @@ def _gain_at_corners(lens: Lens) -> float:
 
 def _angle_deg(focal: float, length: int) -> float:
     return float(np.degrees(2 * np.arctan2(length / 2, focal)))
-
-
-def _shown(coefficients: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{c:g}" for c in coefficients) + ")"

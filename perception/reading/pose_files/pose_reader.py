@@ -1,4 +1,4 @@
-"""What a kind of poses file is to the register (register.py): how it is found, and read."""
+"""The interface of a kind of poses file: how the register (register.py) finds and reads it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,14 +6,15 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.length_units import Length
+from facetlog.perception.reading.pose_files.file_values import metres_per
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["PoseOptions", "PoseReader", "by_unit", "first_of", "missing_of"]
+__all__ = ["PoseOptions", "PoseReader", "first_of", "missing_of", "with_unit"]
 
 
 @dataclass(frozen=True, slots=True)
 class PoseOptions:
-    """What a user states of poses, and what may be used to find them.
+    """Options for reading poses, as the user gives them.
 
     `unit` is that of a file that does not give its own, `square` the side of a printed mat's
     squares where it is not as it should be; `axis` says that an axis of the poses'
@@ -32,13 +33,13 @@ class PoseOptions:
 class PoseReader:
     """A kind of poses file.
 
-    `find` is the poses file of this kind in a folder, None where there is none; `takes` says
-    whether a path is one, by its name; `read` takes such a file and what the user states.
-    `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
-    write beside this one, and from the same poses: this one is read then. One that is found `alone`
-    is for folders in which no other kind is found. `choice` says of a folder with several such
-    files which one is read, for people; empty where there is one. `lacks` says of a folder that
-    has part of this kind, and so is not found, what is missing; empty of any other.
+    `find` returns the poses file of this kind in a folder, None where there is none; `takes` says
+    whether a path is one, by its name; `read` reads such a file. `needs` lists what a folder must
+    hold, for people. `made_from` names the kinds that programs write beside this one, and from the
+    same poses: this one is read then. One that is found `alone` is for folders in which no other
+    kind is found. `choice` says of a folder with several such files which one is read, for people;
+    empty where there is one. `lacks` says of a folder that has part of this kind, and so is not
+    found, what is missing; empty of any other.
     """
 
     kind: str
@@ -52,21 +53,32 @@ class PoseReader:
     lacks: Callable[[Path], str] = lambda _: ""
 
 
-def by_unit(
-    read: Callable[[Path, str | None], PosesFile],
+def with_unit(
+    read: Callable[[Path], PosesFile], default: str | None = None
 ) -> Callable[[Path, PoseOptions], PosesFile]:
-    """The `read` of a file that has poses: a unit is all that may be stated of it."""
+    """Return the `read` of a file that has poses: they become metres by its unit, if it is known.
 
-    def reading(path: Path, options: PoseOptions) -> PosesFile:
+    The unit is that of the file, or the one that the user gives, or else the format's `default`.
+    """
+
+    def read_with_unit(path: Path, options: PoseOptions) -> PosesFile:
         if options.square is not None:
             raise InputError(f"square is for pictures of a mat, and {path} has poses: omit it")
-        return read(path, options.unit)
+        if options.unit is not None:
+            metres_per(options.unit, "--unit")
+        file = read(path)
+        if file.unit and options.unit and file.unit != options.unit:
+            raise InputError(
+                f"{path}: its unit is {file.unit!r}, and {options.unit!r} was given: leave one out"
+            )
+        unit = file.unit or options.unit or default
+        return file if unit is None else file.to_metres(metres_per(unit, "--unit"))
 
-    return reading
+    return read_with_unit
 
 
 def first_of(*names: str) -> Callable[[Path], Path | None]:
-    """What finds the first of these files in a folder that has them all."""
+    """Return a function that finds the first of these files in a folder that has them all."""
 
     def find(folder: Path) -> Path | None:
         paths = [folder / name for name in names]
@@ -76,9 +88,9 @@ def first_of(*names: str) -> Callable[[Path], Path | None]:
 
 
 def missing_of(*names: str) -> Callable[[Path], str]:
-    """What says which of these files a folder lacks that has another of them."""
+    """Return a function that names the files that a folder lacks which has another of them."""
 
-    def missing(folder: Path) -> str:
+    def find_missing(folder: Path) -> str:
         there = [name for name in names if (folder / name).is_file()]
         absent = [name for name in names if name not in there]
         if not there or not absent:
@@ -86,4 +98,4 @@ def missing_of(*names: str) -> Callable[[Path], str]:
         verb = "is" if len(absent) == 1 else "are"
         return f"{' and '.join(absent)} {verb} missing beside {' and '.join(there)}"
 
-    return missing
+    return find_missing

@@ -1,61 +1,40 @@
 """The contents of a poses file, before its pictures are read: intrinsics, poses, unit of length."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.left_out import LeftOut
-from facetlog.perception.reading.lens import Distortion, Lens
+from facetlog.perception.reading.lens import CAMERA_MODELS, Distortion, Lens
+from facetlog.perception.reading.pose_files.file_values import number
 from facetlog.perception.reading.pose_files.pose_checks import check_lens, check_pose
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
-from facetlog.regular_file import read_regular_text
 
 __all__ = [
     "COEFFICIENTS",
+    "PLAIN_NAMES",
     "FieldNames",
     "Intrinsics",
     "PosedPicture",
     "PosesFile",
-    "metres_per",
-    "number",
     "posed_pictures",
     "read_intrinsics",
-    "read_text",
+    "unregistered",
 ]
 
 ROUNDING_PX = 1.0
 """Largest difference of a scaled picture's height from its camera's."""
 
 MIDDLE_SHARES = 0.3, 0.7
-"""Of width and height: where principal points are, that of a picture cropped to one side, too. Both
-are outside where pictures have less than .7 or more than 1.7 times their camera's size."""
+"""Range of principal points as shares of width and height, also in pictures cropped to one side.
+Both shares are outside for pictures of less than .7 or more than 1.7 times their camera's size."""
 
-# COLMAP's and nerfstudio's names; the simple models are the general one with coefficients left out.
-DISTORTION_OF = {
-    "SIMPLE_PINHOLE": Distortion.NONE,
-    "PINHOLE": Distortion.NONE,
-    "SIMPLE_RADIAL": Distortion.POLYNOMIAL,
-    "RADIAL": Distortion.POLYNOMIAL,
-    "OPENCV": Distortion.POLYNOMIAL,
-    "FULL_OPENCV": Distortion.POLYNOMIAL,
-    "FOV": Distortion.FOV,
-    "SIMPLE_RADIAL_FISHEYE": Distortion.FISHEYE,
-    "RADIAL_FISHEYE": Distortion.FISHEYE,
-    "OPENCV_FISHEYE": Distortion.FISHEYE,
-    "THIN_PRISM_FISHEYE": Distortion.FISHEYE,
-    "RAD_TAN_THIN_PRISM_FISHEYE": Distortion.FISHEYE_RADIAL_FIRST,
-    "SIMPLE_DIVISION": Distortion.DIVISION,
-    "DIVISION": Distortion.DIVISION,
-    "SIMPLE_FISHEYE": Distortion.FISHEYE,
-    "FISHEYE": Distortion.FISHEYE,
-    "EUCM": Distortion.UNIFIED,
-}
 # The only models with such coefficients: OpenCV's k4 to k6 are its denominator.
 RATIONAL, PRISMS = "FULL_OPENCV", ("THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE")
 # Of the models that are no polynomials; the radians and the other ranges of read_intrinsics.
@@ -79,16 +58,19 @@ class FieldNames:
     pixel_centre: float
 
 
+PLAIN_NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
     """A camera as written in a file; missing optional fields are None (pixels, radians)."""
 
     where: str
-    size: tuple[int | None, int | None]
-    focal: tuple[float | None, float | None]
-    field_of_view: tuple[float | None, float | None]
-    centre: tuple[float, float] | None
-    distortion: Distortion
+    size: tuple[int | None, int | None] = (None, None)
+    focal: tuple[float | None, float | None] = (None, None)
+    field_of_view: tuple[float | None, float | None] = (None, None)
+    centre: tuple[float, float] | None = None
+    distortion: Distortion = Distortion.NONE
     radial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     tangential: tuple[float, float] = (0.0, 0.0)
     rational: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -97,11 +79,13 @@ class Intrinsics:
 
     @property
     def suits_one_size(self) -> bool:
-        """Whether it is for one size of picture, which the file does not give."""
+        """Whether the camera is for one size of picture, which the file does not give."""
         return not all(self.size) and (any(self.focal) or self.centre is not None)
 
     def size_fault(self, width: int, height: int) -> str:
-        """Why a picture of this size cannot be of this camera, and what to do; empty if it can."""
+        """Return why a picture of this size cannot be of this camera, and what to do; empty if it
+        can.
+        """
         said = (self.size[0] or width, self.size[1] or height)
         if said == (width, height):
             return ""
@@ -121,7 +105,7 @@ class Intrinsics:
         )
 
     def lens(self, width: int, height: int) -> Lens:
-        """The lens for a picture of this size; CalibrationError if it cannot be."""
+        """Return the lens for a picture of this size; CalibrationError if it cannot be."""
         fx, fy = (
             f or (length / 2 / math.tan(angle / 2) if angle else None)
             for f, angle, length in zip(
@@ -137,13 +121,8 @@ class Intrinsics:
         try:
             camera = Camera(width, height, fx, fy, cx, cy)
             lens = Lens(
-                camera,
-                self.distortion,
-                self.radial,
-                self.tangential,
-                self.rational,
-                self.prism,
-                self.projection,
+                *(camera, self.distortion, self.radial, self.tangential),
+                *(self.rational, self.prism, self.projection),
             )
             with np.errstate(all="ignore"):  # of numbers that no lens has
                 check_lens(lens, self.where)
@@ -187,7 +166,7 @@ class PosedPicture:
 
     @property
     def place(self) -> str:
-        """Where its camera or pose is written, for messages, with its name."""
+        """Place of its camera or pose, for messages, with its name."""
         where, quoted = self.intrinsics.where, f"{self.name!r:.80}"
         return where if quoted in where else f"{where} ({quoted})"
 
@@ -196,6 +175,7 @@ class PosedPicture:
 class PosesFile:
     """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
 
+    `unit` is the unit of length that the file states, None where it states none.
     `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
     `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
@@ -206,8 +186,8 @@ class PosesFile:
 
     folder: Path
     pictures: tuple[PosedPicture, ...]
-    up: FloatArray | None
-    metric: bool
+    up: FloatArray | None = None
+    metric: bool = False
     error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY
     faults: tuple[InputError, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
@@ -215,12 +195,26 @@ class PosesFile:
     scale_sd: float = 0.0
     notes: tuple[str, ...] = ()
     advice: str = ""
+    unit: str | None = None
+
+    def to_metres(self, metres: float) -> "PosesFile":
+        """Return the file in metres, of which its unit of length has so many."""
+        units = np.array([metres] * 3 + [1.0] * 3)
+        pictures = []
+        for each in self.pictures:
+            pose = copy(each.pose)  # a pose made anew would change its rotation's last bits
+            centre = pose.centre * metres
+            centre.setflags(write=False)
+            object.__setattr__(pose, "centre", centre)
+            cov = None if each.covariance is None else each.covariance * np.outer(units, units)
+            pictures.append(replace(each, pose=pose, covariance=cov))
+        return replace(self, pictures=tuple(pictures), metric=True)
 
 
 def posed_pictures(
     readers: Iterable[Callable[[], PosedPicture]],
 ) -> tuple[tuple[PosedPicture, ...], tuple[InputError, ...]]:
-    """The pictures whose camera and pose can be read, and the faults of the others."""
+    """Return the pictures whose camera and pose can be read, and the faults of the others."""
     pictures: list[PosedPicture] = []
     faults: list[InputError] = []
     for read in readers:
@@ -234,17 +228,24 @@ def posed_pictures(
     return tuple(pictures), tuple(faults)
 
 
+def unregistered(path: Path, names: Iterable[str]) -> tuple[LeftOut, ...]:
+    """Return the pictures of a file that structure from motion gave no pose, as left out."""
+    return tuple(
+        LeftOut(name, f"{path}: {name} has no pose: it was not registered", name) for name in names
+    )
+
+
 def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str) -> Intrinsics:
-    """The camera in `fields`, checked one field at a time; CalibrationError says which is wrong.
+    """Read the camera in `fields`, one field at a time; CalibrationError says which is wrong.
 
     Needs a focal length, or a field of view (then the centre may be left out: the middle).
     """
     model = fields.get("camera_model")
     if model is None:  # the general one, as nerfstudio takes it
         model = "OPENCV"
-    if not isinstance(model, str) or model not in DISTORTION_OF:
+    if not isinstance(model, str) or model not in CAMERA_MODELS:
         raise CalibrationError(
-            f"{where}: camera_model {model!r} is not one of {', '.join(DISTORTION_OF)}: "
+            f"{where}: camera_model {model!r} is not one of {', '.join(CAMERA_MODELS)}: "
             "undistort the pictures (colmap image_undistorter does) and give a PINHOLE camera"
         )
 
@@ -280,8 +281,8 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
         missing = "cx" if cx is None else "cy"
         raise CalibrationError(f"{where}: the camera has no {missing}: give the principal point")
     given = {key: value for key in COEFFICIENTS if (value := optional(key)) is not None}
-    k1, k2, k3, k4, k5, k6, p1, p2, *prism = (given.get(key, 0.0) for key in POLYNOMIAL)
-    distortion = DISTORTION_OF[model]
+    k1, k2, k3, k4, k5, k6, p1, p2, sx1, sx2, sy1, sy2 = (given.get(key, 0.0) for key in POLYNOMIAL)
+    distortion, _ = CAMERA_MODELS[model]
     if distortion is Distortion.NONE and any(given.values()):
         raise CalibrationError(
             f"{where}: a {model} camera has no distortion, yet coefficients are given: "
@@ -306,48 +307,6 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
             (0.0, 0.0) if distortion is Distortion.FISHEYE and model not in PRISMS else (p1, p2)
         ),
         rational=(k4, k5, k6) if rational else (0.0, 0.0, 0.0),
-        prism=_four(prism) if model in PRISMS else (0.0, 0.0, 0.0, 0.0),
+        prism=(sx1, sx2, sy1, sy2) if model in PRISMS else (0.0, 0.0, 0.0, 0.0),
         projection=projection,
     )
-
-
-def _four(numbers: Sequence[float]) -> tuple[float, float, float, float]:
-    sx1, sx2, sy1, sy2 = numbers
-    return sx1, sx2, sy1, sy2
-
-
-def number(fields: Mapping[str, object], key: str, where: str) -> float:
-    """A finite number from a parsed file; CalibrationError names what stands there instead."""
-    value = fields.get(key)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        try:
-            result = float(value)
-        except OverflowError:
-            result = math.inf
-        if math.isfinite(result):
-            return result
-    shown = "missing" if value is None else f"{value!r:.40}: give a finite number"
-    raise CalibrationError(f"{where}: {key} is {shown}")
-
-
-def metres_per(unit: object, where: str) -> float:
-    """Metres in one unit of length; InputError lists the units there are.
-
-    >>> metres_per("in", "--unit")
-    0.0254
-    """
-    if not isinstance(unit, str) or unit not in METRES_PER:
-        raise InputError(f"{where}: unknown unit {unit!r:.40}: use one of {', '.join(METRES_PER)}")
-    return METRES_PER[unit]
-
-
-def read_text(path: Path) -> str:
-    """The text of a UTF-8 file; InputError if it is missing, no file, or not text."""
-    try:
-        return read_regular_text(path)
-    except UnicodeDecodeError as exc:
-        raise InputError(f"{path} is not text in UTF-8: write it again as such") from exc
-    except FileNotFoundError as exc:
-        raise InputError(f"{path} is missing") from exc
-    except OSError as exc:
-        raise InputError(f"{str(path)!r} cannot be read: {exc.strerror or exc}") from exc

@@ -1,13 +1,14 @@
-"""The kinds of poses files, and which of them a folder holds.
+"""The kinds of poses files, which of them a folder holds, and pictures without any poses.
 
 A new kind is a module here with a PoseReader, and a name in READERS.
 """
 
+import logging
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
-from facetlog.perception.reading.pictures_alone import PICTURES
 from facetlog.perception.reading.pose_files.arkit_captures import (
     POLYCAM,
     RECORD3D,
@@ -15,7 +16,7 @@ from facetlog.perception.reading.pose_files.arkit_captures import (
 )
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
-from facetlog.perception.reading.pose_files.json_file import read_json
+from facetlog.perception.reading.pose_files.file_values import read_json
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
 from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
@@ -29,6 +30,13 @@ from facetlog.perception.reading.pose_files.transforms_file import (
 )
 from facetlog.perception.reading.pose_files.tum_file import TUM
 from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
+from facetlog.perception.reading.sfm.sfm_poses import (
+    NothingPlacedError,
+    are_kept,
+    can_map,
+    read_by_motion,
+)
+from facetlog.perception.reading.shots import has_shots
 from facetlog.perception.reading.video_file import COUNTED
 
 __all__ = [
@@ -41,6 +49,48 @@ __all__ = [
     "read_poses",
 ]
 
+_LOG = logging.getLogger(__name__)
+
+
+def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
+    """Return cameras and poses of the pictures in a folder: by a mat in metres, else without unit
+    and up.
+
+    InputError where neither way leads to them, or an option goes with neither.
+    """
+    if options.unit is not None:
+        raise InputError(
+            "unit is for poses of an unknown unit, and these pictures have none: a mat gives "
+            "metres (if its bar was off, give the side of a square, as 17.6mm), and without "
+            'one a known length as scale does: "height = 74 cm"'
+        )
+    if options.square is None and are_kept(folder, options):
+        return read_by_motion(folder, options)  # no mat was seen when these were made
+    try:
+        return read_mat(folder, options.square)
+    except NoMatError as exc:
+        if options.square is not None:
+            raise
+        if not can_map():
+            raise InputError(
+                f"{exc}, or let facetlog find poses by texture: pip install 'facetlog[sfm]'"
+            ) from None
+        no_mat = exc.what
+    _LOG.info("%s: %s: poses by structure from motion", folder, no_mat)
+    try:
+        return read_by_motion(folder, options)
+    except NothingPlacedError as exc:
+        raise InputError(f"{folder}: {no_mat}, and {exc}") from None
+
+
+PICTURES = PoseReader(
+    kind="pictures alone",
+    needs="pictures of a thing on a printed mat (facetlog mat -o mat.pdf)",
+    find=lambda folder: folder if has_shots(folder) else None,
+    takes=Path.is_dir,
+    read=read_pictures,
+    alone=True,
+)
 # A file is read by the first that takes it.
 READERS: tuple[PoseReader, ...] = (
     *(BLENDER, OPENMVG, POLYCAM, RECORD3D, RECORD3D_ZIP, TRANSFORMS, COLMAP),
@@ -52,7 +102,7 @@ LISTED = 8
 
 
 def poses_path(path: Path) -> Path:
-    """The poses file that a path given by the user means."""
+    """Return the poses file that a path given by the user means."""
     try:
         if path.is_dir():
             return find_poses(path)
@@ -68,8 +118,9 @@ def poses_path(path: Path) -> Path:
 
 
 def find_poses(folder: Path) -> Path:
-    """The poses file in a folder; InputError where there is none, it is not all there, or there are
-    several kinds."""
+    """Return the poses file in a folder; InputError where there is none, it is not all there, or
+    there are several kinds.
+    """
     found = _found(folder)
     if all(reader.alone for reader, _ in found):  # poses are never dropped without a word
         for reader in READERS:
@@ -87,12 +138,12 @@ def find_poses(folder: Path) -> Path:
 
 
 def has_poses(path: Path) -> bool:
-    """Whether a path given by the user means poses of pictures, and not a shape.
+    """Return whether a path given by the user means poses of pictures, and not a shape.
 
     A COLMAP model without pictures is a cloud, JSON without frames is a scene.
     """
     if path.is_dir():
-        return _has_poses(path)
+        return any(reader is not COLMAP or has_pictures(found) for reader, found in _found(path))
     reader = _reader_of(path)
     if reader is not TRANSFORMS:
         return reader is not None
@@ -104,16 +155,12 @@ def has_poses(path: Path) -> bool:
 
 
 def only_pictures(path: Path) -> bool:
-    """Whether a path is a folder of pictures, or of nothing that can be read, without poses."""
+    """Return whether a path is a folder without poses: of pictures, or nothing that is read."""
     return path.is_dir() and all(reader.alone for reader, _ in _found(path))
 
 
-def _has_poses(folder: Path) -> bool:
-    return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
-
-
 def read_poses(path: Path, options: PoseOptions) -> PosesFile:
-    """The contents of a poses file, read by the kind that its name shows."""
+    """Read a poses file of the kind that its name shows."""
     reader = _reader_of(path)
     if reader is not None:
         return find_pictures(reader.read(path, options))
@@ -128,8 +175,9 @@ def read_poses(path: Path, options: PoseOptions) -> PosesFile:
 
 
 def kind_of(path: Path, given: Path) -> str:
-    """The kind of a poses file, for people, and which of several in the folder that was given it
-    is; empty for what is none."""
+    """Return the kind of a poses file, for people, and which of several in the given folder it is;
+    empty for what is none.
+    """
     reader = _reader_of(path)
     if reader is None:
         return ""

@@ -22,23 +22,27 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.reading.pose_files.json_file import read_json
+from facetlog.perception.reading.pose_files.file_values import (
+    OPENCV_FROM_OPENGL,
+    array_of,
+    make_pose,
+    metres_per,
+    read_json,
+)
 from facetlog.perception.reading.pose_files.picture_places import picture_path
-from facetlog.perception.reading.pose_files.pose_checks import array_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
     FieldNames,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
     read_intrinsics,
 )
 from facetlog.perception.reading.video_file import VideoFrame
-from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
+from facetlog.perception.types import FloatArray, PoseErrorKind
 
-__all__ = ["BLENDER", "TRANSFORMS", "TRANSFORMS_FILE", "read_transforms"]
+__all__ = ["BLENDER", "TRANSFORMS", "TRANSFORMS_FILE"]
 
 TRANSFORMS_FILE, TRAIN_FILE = "transforms.json", "transforms_train.json"
 
@@ -50,35 +54,26 @@ CAMERA_FIELDS = (
 FISHEYE = "OPENCV_FISHEYE"
 # Names without an extension (as Blender's exports have them) are tried with these, in order.
 EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".webp", ".bmp")
-# OpenGL's camera looks along -z with y up, OpenCV's along +z with y down.
-OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 LAST_ROW_TOLERANCE = 1e-6
 SYMMETRY = 1e-6
 """Effect of rounding on a covariance, as a share of its largest entry."""
 
 
-def read_transforms(path: Path, unit: str | None = None) -> PosesFile:
-    """The poses in a transforms.json; in metres if `unit` or the file gives the unit.
-
-    Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
-    pose that cannot be; both name the file and the frame.
-    """
+def read_transforms(path: Path) -> PosesFile:
+    """Return the poses in a transforms.json; InputError names file and frame of what is none."""
     document = read_json(path)
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
         raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
-    said = document.get("unit")
-    if said is not None and unit is not None and said != unit:
-        raise InputError(f"{path} says unit {said!r:.40}, and {unit!r} was given: leave one out")
-    given = said if unit is None else unit
-    where = f"{path}: unit" if unit is None else "--unit"
-    scale = None if given is None else metres_per(given, where)
+    unit = document.get("unit")
+    if unit is not None:
+        metres_per(unit, f"{path}: unit")
     pictures, faults = posed_pictures(
-        partial(_frame, frame, document, path, index, scale or 1.0)
+        partial(_frame, frame, document, path, index)
         for index, frame in enumerate(document["frames"])
     )
     kind = _error_kind(document.get("pose_errors"), path)
     up = _up(document.get("up"), path)
-    return PosesFile(path.parent, pictures, up, scale is not None, kind, faults)
+    return PosesFile(path.parent, pictures, up, unit=unit, error_kind=kind, faults=faults)
 
 
 def _error_kind(said: object, path: Path) -> PoseErrorKind:
@@ -100,16 +95,14 @@ def _up(said: object, path: Path) -> FloatArray | None:
     return np.asarray(direction / np.linalg.norm(direction))
 
 
-def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
-    """The covariance of a frame with lengths in metres, or None; CalibrationError if it is none."""
+def _covariance(rows: object, where: str) -> FloatArray | None:
+    """Return the covariance of a frame, if it has one; CalibrationError if it is none."""
     if rows is None:
         return None
     fault = f"{where}: covariance is not a symmetric, positive 6 x 6 matrix of finite numbers"
-    numbers = array_of(rows, 6, 6)
-    if numbers is None:
+    matrix = array_of(rows, 6, 6)
+    if matrix is None:
         raise CalibrationError(fault)
-    units = np.array([scale] * 3 + [1.0] * 3)
-    matrix: FloatArray = numbers * units[:, None] * units
     largest = np.abs(matrix).max()
     if np.abs(matrix - matrix.T).max() > SYMMETRY * largest:
         raise CalibrationError(fault)
@@ -119,9 +112,7 @@ def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
     return matrix
 
 
-def _frame(
-    frame: object, document: Mapping[str, object], path: Path, index: int, scale: float
-) -> PosedPicture:
+def _frame(frame: object, document: Mapping[str, object], path: Path, index: int) -> PosedPicture:
     where = f"{path}: frame {index + 1}"
     entries = frame if isinstance(frame, dict) else {}
     of_video = _video_frame(entries, document, path, index, where)
@@ -132,22 +123,20 @@ def _frame(
     fields = {key: frame.get(key, document.get(key)) for key in CAMERA_FIELDS}
     fields = _with_fisheye(fields, where)
     matrix = _matrix(frame.get("transform_matrix"), where)
-    try:
-        pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3] * scale)
-    except CalibrationError as exc:
-        raise CalibrationError(f"{where}: transform_matrix: {exc}") from exc
+    rotation = matrix[:3, :3] @ OPENCV_FROM_OPENGL
     return PosedPicture(
         name=name,
         path=Path(of_video.source) if of_video else picture_path(path.parent, name, EXTENSIONS),
         intrinsics=read_intrinsics(fields, NAMES, where),
-        pose=pose,
-        covariance=_covariance(frame.get("covariance"), scale, where),
+        pose=make_pose(rotation, matrix[:3, 3], f"{where}: transform_matrix"),
+        covariance=_covariance(frame.get("covariance"), where),
         frame=of_video,
     )
 
 
 def _with_fisheye(fields: dict[str, object], where: str) -> dict[str, object]:
-    """The fields with instant-ngp's `is_fisheye`, by which OpenCV's fisheye is meant, as a model.
+    """Return the fields with instant-ngp's `is_fisheye`, by which OpenCV's fisheye is meant, as a
+    model.
 
     Source: read_lens of instant-ngp's nerf_loader.cu.
     """
@@ -171,7 +160,7 @@ def _video_frame(
     index: int,
     where: str,
 ) -> VideoFrame | None:
-    """The frame of a video that a picture is, None if it is a file of its own."""
+    """Return the frame of a video that a picture is, None if it is a file of its own."""
     video = frame.get("video", document.get("video"))
     if video is None:
         return None
@@ -188,7 +177,7 @@ def _video_frame(
 
 
 def _matrix(rows: object, where: str) -> FloatArray:
-    """The 4 x 4 (or 3 x 4) camera-to-world matrix of a frame, its last row checked."""
+    """Return the 4 x 4 (or 3 x 4) camera-to-world matrix of a frame, its last row checked."""
     whole = array_of(rows, 4, 4)
     matrix = array_of(rows, 3, 4) if whole is None else whole
     if matrix is None:
@@ -202,23 +191,18 @@ def _matrix(rows: object, where: str) -> FloatArray:
     return matrix
 
 
-def _find(name: str, folder: Path) -> Path | None:
-    path = folder / name
-    return path if path.is_file() else None
-
-
 TRANSFORMS = PoseReader(
     kind="nerfstudio's transforms.json",
     needs=TRANSFORMS_FILE,
-    find=partial(_find, TRANSFORMS_FILE),
+    find=first_of(TRANSFORMS_FILE),
     takes=lambda path: path.suffix.lower() == ".json",
-    read=by_unit(read_transforms),
+    read=with_unit(read_transforms),
     made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
 )
 BLENDER = PoseReader(
     kind=f"Blender's {TRAIN_FILE}",
     needs=TRAIN_FILE,
-    find=partial(_find, TRAIN_FILE),
+    find=first_of(TRAIN_FILE),
     takes=lambda path: path.name == TRAIN_FILE,
-    read=by_unit(read_transforms),
+    read=with_unit(read_transforms),
 )

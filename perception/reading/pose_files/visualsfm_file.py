@@ -8,8 +8,7 @@ point is the picture's middle unless the first line fixes it. The distortion r t
 point m to the undistorted m (1 + r |m|²), in focal lengths. The world's unit and up are unknown.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -17,79 +16,57 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
+from facetlog.perception.reading.pose_files.file_values import (
+    EXPORT,
+    make_pose,
+    numbered_lines,
+    parse_finite,
+    quaternion_matrix,
+)
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, with_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
     PosesFile,
-    metres_per,
     posed_pictures,
-    read_text,
 )
 
-__all__ = ["VISUALSFM", "read_visualsfm"]
+__all__ = ["VISUALSFM"]
 
 SUFFIX, VERSION, FIXED = ".nvm", "NVM_V3", "FixedK"
 NUMBERS = 10
-"""Of a camera's line, after its name."""
+"""Numbers in the line of a camera, after its name."""
 PIXEL_CENTRE = 0.5
 
 _Line = tuple[str, str]
 """Place in the file, and text."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Calibration:
-    """What the first line fixes for all cameras, if it does: focal lengths and centre, px."""
-
-    focal: tuple[float, float] | None = None
-    centre: tuple[float, float] | None = None
-
-
-def read_visualsfm(path: Path, unit: str | None) -> PosesFile:
-    """The poses of the largest model in a .nvm file, in metres if `unit` is given.
-
-    InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
-    name the file and the line.
-    """
-    scale = None if unit is None else metres_per(unit, "--unit")
-    calibration, models = _contents(path)
-    largest = max(models, key=len, default=[])
-    pictures, faults = posed_pictures(
-        partial(_picture, line, path.parent, calibration, scale or 1.0) for line in largest
-    )
-    return PosesFile(path.parent, pictures, None, scale is not None, faults=faults)
-
-
-def _contents(path: Path) -> tuple[_Calibration, list[list[_Line]]]:
-    """The calibration, and of each model that has any the lines of its cameras."""
-    lines = (
-        (f"{path}:{number}", line)
-        for number, line in enumerate(read_text(path).splitlines(), start=1)
-        if line.strip() and not line.startswith("#")
-    )
+def read_visualsfm(path: Path) -> PosesFile:
+    """Return the poses of the largest model in a .nvm file."""
+    lines = numbered_lines(path)
     where, first = next(lines, (str(path), ""))
-    if first.split()[:1] != [VERSION]:
+    version, *words = first.split() or [""]
+    if version != VERSION:
         raise InputError(f"{where}: the first word is not {VERSION}: save it as that")
-    calibration = _calibration(where, first.split()[1:])
-    models = []
-    while cameras := list(_counted(lines, path)):
-        models.append(cameras)
-        for _ in _counted(lines, path):  # points
+    # What the first line may fix for all cameras, pixels.
+    focal = centre = None
+    if words[:1] == [FIXED]:
+        fx, cx, fy, cy = parse_finite(words[1:], 4, where)
+        focal, centre = (fx, fy), (cx - PIXEL_CENTRE, cy - PIXEL_CENTRE)
+    largest: list[_Line] = []
+    while cameras := list(_iter_counted(lines, path)):
+        largest = max(largest, cameras, key=len)
+        for _ in _iter_counted(lines, path):  # points
             pass
-    return calibration, models
+    pictures, faults = posed_pictures(
+        partial(_picture, line, path.parent, focal, centre) for line in largest
+    )
+    return PosesFile(path.parent, pictures, faults=faults)
 
 
-def _calibration(where: str, words: Sequence[str]) -> _Calibration:
-    if words[:1] != [FIXED]:
-        return _Calibration()
-    fx, cx, fy, cy = finite(words[1:], 4, where)
-    return _Calibration((fx, fy), (cx - PIXEL_CENTRE, cy - PIXEL_CENTRE))
-
-
-def _counted(lines: Iterator[_Line], path: Path) -> Iterator[_Line]:
-    """The lines that follow a line with their number; none at the file's end."""
+def _iter_counted(lines: Iterator[_Line], path: Path) -> Iterator[_Line]:
+    """Yield the lines that follow a line with their number; none at the file's end."""
     head = next(lines, None)
     if head is None:
         return
@@ -105,29 +82,33 @@ def _counted(lines: Iterator[_Line], path: Path) -> Iterator[_Line]:
         yield line
 
 
-def _picture(line: _Line, folder: Path, fixed: _Calibration, scale: float) -> PosedPicture:
+def _picture(
+    line: _Line,
+    folder: Path,
+    fixed_focal: tuple[float, float] | None,
+    centre: tuple[float, float] | None,
+) -> PosedPicture:
     where, text = line
     name, *words = text.rsplit(maxsplit=NUMBERS)
     name = name.strip().replace('"', " ").replace("\\", "/")
     where = f"{where} ({name!r:.80})"
-    focal, *turn_and_place, radial, _ = finite(words, NUMBERS, where)
+    focal, *numbers, radial, _ = parse_finite(words, NUMBERS, where)
     if focal <= 0:
         raise CalibrationError(
             f"{where}: the focal length is {focal:g}: give it in pixels, above 0"
         )
     intrinsics = Intrinsics(
-        where=where,
-        size=(None, None),
-        focal=fixed.focal or (focal, focal),
-        field_of_view=(None, None),
-        centre=fixed.centre,  # None is the picture's middle
+        where,
+        focal=fixed_focal or (focal, focal),
+        centre=centre,  # None is the picture's middle
         distortion=Distortion.INVERSE,
         projection=(radial,),
     )
-    quaternion, centre = turn_and_place[:4], turn_and_place[4:]
-    rotation = rotation_of(quaternion, centre, where)
-    pose = posed(rotation.T, np.array(centre) * scale, where)
-    return PosedPicture(name, folder / name, intrinsics, pose)
+    quaternion, place = numbers[:4], numbers[4:]
+    rotation = quaternion_matrix(quaternion, place, where)
+    return PosedPicture(
+        name, folder / name, intrinsics, make_pose(rotation.T, np.array(place), where)
+    )
 
 
 def _find(folder: Path) -> Path | None:
@@ -146,5 +127,5 @@ VISUALSFM = PoseReader(
     find=_find,
     lacks=_lacks,
     takes=lambda path: path.suffix == SUFFIX,
-    read=by_unit(read_visualsfm),
+    read=with_unit(read_visualsfm),
 )

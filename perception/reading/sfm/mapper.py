@@ -1,4 +1,4 @@
-"""COLMAP's structure from motion, as a program of its own: mapping.py starts it and reads on.
+"""COLMAP's structure from motion, as a program of its own: sfm_poses.py starts it and reads on.
 
 The request is a file that is named to it, progress and the outcome go out by standard output, as
 lines of JSON. What is wrong inside COLMAP ends a process, its calls cannot be interrupted, and its
@@ -20,8 +20,7 @@ from pydantic import TypeAdapter
 from facetlog.errors import InputError
 from facetlog.perception.reading.exif import USUAL_FOCAL, TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
-from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, Pair
-from facetlog.perception.reading.sfm.request import Request, Settings
+from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, Pair, Request, Settings
 from facetlog.perception.reading.shots import Shot
 from facetlog.perception.reading.video_file import VideoFrames
 
@@ -38,7 +37,7 @@ class _Cameras:
         self._known: dict[tuple[int, int, TakenWith], tuple[int, int]] = {}
 
     def of(self, shot: Shot, width: int, height: int) -> tuple[int, int]:
-        """The numbers of a picture's camera, and of the rig that COLMAP wants round it."""
+        """Return the numbers of a picture's camera, and of the rig that COLMAP wants round it."""
         lens = taken_with(shot.path) if shot.frame is None else TakenWith(str(shot.path))
         kind = width, height, lens
         if kind not in self._known:
@@ -56,8 +55,7 @@ class _Cameras:
 
 
 def mapped(request: Request, report: Report) -> Outcome:
-    """Places the pictures; the largest group is written as a COLMAP model into the request's
-    folder."""
+    """Place the pictures, and write the largest group as a COLMAP model."""
     pycolmap.logging.minloglevel = int(pycolmap.logging.FATAL)
     pycolmap.set_random_seed(request.settings.seed)
     path = request.work / "database.db"
@@ -90,8 +88,9 @@ def mapped(request: Request, report: Report) -> Outcome:
 def _with_features(
     shots: tuple[Shot, ...], settings: Settings, database: pycolmap.Database, report: Report
 ) -> tuple[dict[str, int], tuple[LeftOut, ...]]:
-    """The number of features of each picture, which are in the database then, under its number:
-    names may have spaces, which lists of pairs have not."""
+    """Return the number of features of each picture, which are then in the database under its
+    number: names may have spaces, which lists of pairs have not.
+    """
     options = pycolmap.FeatureExtractionOptions()
     options.use_gpu, options.num_threads = False, 1
     options.max_image_size = settings.longest_side_px
@@ -124,7 +123,7 @@ def _with_features(
 
 
 def _match(path: Path, numbers: list[int], request: Request, report: Report) -> None:
-    """All pairs, those of one picture with the ones before it at a time."""
+    """Match all pairs, those of one picture with the ones before it at a time."""
     matching = pycolmap.FeatureMatchingOptions()
     matching.use_gpu, matching.num_threads = False, request.threads
     verification = pycolmap.TwoViewGeometryOptions()
@@ -155,7 +154,7 @@ def _pairs(path: Path, names: list[str]) -> tuple[Pair, ...]:
 def _placed(
     path: Path, count: int, request: Request, report: Report
 ) -> list[pycolmap.Reconstruction]:
-    """The groups of pictures that were placed together, the largest first."""
+    """Return the groups of pictures that were placed together, the largest first."""
     options = pycolmap.IncrementalPipelineOptions()
     # On one thread: several add up in any order, and their rounding decides what is an outlier.
     options.random_seed, options.num_threads = request.settings.seed, 1
@@ -181,7 +180,7 @@ def _names_in(group: pycolmap.Reconstruction, names: list[str]) -> tuple[str, ..
 
 
 def main() -> None:
-    """Answers the request in the file that is named."""
+    """Answer the request in the file that is named."""
     request = TypeAdapter(Request).validate_json(Path(sys.argv[1]).read_bytes())
     # What COLMAP prints is no part of the answer.
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")

@@ -1,18 +1,49 @@
-"""What structure from motion found, and in words why it found nothing, or not all pictures."""
+"""Request and outcome of structure from motion, and why it found nothing, or not all pictures."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
 
 from facetlog.perception.reading.left_out import LeftOut
+from facetlog.perception.reading.shots import Shot
 
-__all__ = ["LEAST_PICTURES", "Outcome", "Pair", "left_out", "why_nothing"]
+__all__ = ["LEAST_PICTURES", "Outcome", "Pair", "Request", "Settings", "left_out", "why_nothing"]
 
 LEAST_PICTURES = 3
-"""Of a model: two pictures agree with a wrong focal length as well as with the right one."""
+"""Least number for a model: two pictures agree with a wrong focal length as with the right one."""
 START_POINTS = 100
-"""That two pictures must have in common for COLMAP to begin with them."""
+"""Points that two pictures must have in common for COLMAP to begin with them."""
 MAT = "use a printed mat (facetlog mat -o mat.pdf)"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Settings of structure from motion; cameras are found anew when they change."""
+
+    camera: str = "RADIAL"
+    """A focal length, k1 and k2: the lenses of phones. The principal point stays in the middle:
+    pictures alone hardly say where it is."""
+
+    most_features: int = 4096
+    """Features of a picture. Poses are no better with twice as many, and worse by two fifths with
+    half as many (docs/decisions.md)."""
+
+    longest_side_px: int = 1600
+    """Side to which larger pictures are reduced for features; time grows with their pixels."""
+
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """The pictures, an empty folder to work in, one for the model, and how many threads."""
+
+    shots: tuple[Shot, ...]
+    work: Path
+    model: Path
+    threads: int
+    settings: Settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +72,7 @@ class Outcome:
 
 
 def why_nothing(outcome: Outcome) -> str:
-    """Why no pictures were placed, and what to do."""
+    """Return why no pictures were placed, and what to do."""
     count = len(outcome.features)
     if count < LEAST_PICTURES:
         few = f"{count} can be read: {outcome.unreadable[0].line}" if outcome.unreadable else ""
@@ -70,7 +101,7 @@ def why_nothing(outcome: Outcome) -> str:
 
 
 def left_out(outcome: Outcome, places: Mapping[str, str]) -> tuple[LeftOut, ...]:
-    """The pictures that are not used, and why; `places` are their files, by their names."""
+    """Return the pictures that are not used, and why; `places` are their files, by their names."""
     used, *others = outcome.groups
     placed = set(used)
     found = list(outcome.unreadable)

@@ -17,7 +17,7 @@ LONGITUDE, LATITUDE = 180.0, 90.0
 
 
 def check_resolution(points: FloatArray, name: str) -> None:
-    """Raises InputError where neighbouring numbers are too far apart for points (n, 3), all finite.
+    """Raise InputError where neighbouring numbers are too far apart for points (n, 3), all finite.
 
     Points that all are 32-bit numbers were kept as such: at 1e9 these are 64 apart.
     """

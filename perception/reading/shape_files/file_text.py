@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.file_damage import describe_bad_row
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 # So C of Windows writes numbers that are none.
@@ -42,7 +41,7 @@ def parse_numbers(text: bytes, kind: type[np.float64 | np.int64] = np.float64) -
 
 
 def parse_rows(
-    rows: Sequence[bytes], columns: int, numbers: Iterable[int], name: str, what: str
+    rows: Sequence[bytes], columns: int, numbers: Iterable[int], shape: ShapeFile, what: str
 ) -> FloatArray:
     """Return the first `columns` numbers of each row, (n, columns).
 
@@ -61,8 +60,8 @@ def parse_rows(
         return np.asarray(flat.reshape(-1, columns), dtype=np.float64)
     for number, words, row in zip(numbers, cut, rows, strict=False):
         if len(words) < columns or parse_numbers(b" ".join(words)) is None:
-            raise describe_bad_row(name, number, row, what)
-    raise InputError(f"{name}: has a {what} that is none; export the mesh again")
+            raise shape.bad_row(number, row, what)
+    raise shape.error(f"has a {what} that is none; export the mesh again")
 
 
 # A mark of UTF-32 begins as that of UTF-16 does, so it is looked for first.
@@ -132,7 +131,7 @@ def find_line_end(header: bytes) -> bytes:
 
 
 def _find_encoding(data: bytes) -> str | None:
-    """The encoding by the byte order mark or by zero bytes; None where neither says."""
+    """Return the encoding by the byte order mark or by zero bytes; None where neither says."""
     for mark, encoding in BOMS:
         if data.startswith(mark):
             return encoding

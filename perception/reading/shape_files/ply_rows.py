@@ -10,12 +10,6 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import (
-    describe_bad_row,
-    describe_claim,
-    describe_inconsistency,
-    describe_truncation,
-)
 from facetlog.perception.reading.shape_files.file_text import (
     find_line_end,
     parse_numbers,
@@ -23,6 +17,7 @@ from facetlog.perception.reading.shape_files.file_text import (
     without_bom,
     without_comments,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["PlyHeader", "PlyRows", "parse_ply_header", "read_ply_rows"]
@@ -82,7 +77,7 @@ class PlyRows:
     """
 
     element: PlyElement
-    source: "_Text | _Bytes"
+    source: "_Bytes"
     starts: Sequence[Indices]
     lengths: Sequence[Indices | None]
     end: int
@@ -109,7 +104,7 @@ class PlyRows:
         if at is None or lengths is None:
             return None
         kind = self.element.properties[at].kind
-        starts, width = self.starts[at], self.source.width(kind)
+        starts, width = self.starts[at], kind.itemsize
         if len(lengths) and (lengths == lengths[0]).all():
             columns = [self.source.values(starts + width * k, kind) for k in range(int(lengths[0]))]
             return (np.stack(columns, axis=1).ravel() if columns else np.zeros(0)), lengths
@@ -123,23 +118,23 @@ class PlyRows:
         return None
 
 
-def parse_ply_header(data: bytes, name: str) -> PlyHeader:
+def parse_ply_header(data: bytes, shape: ShapeFile) -> PlyHeader:
     """Return the header of a PLY with all that follows it."""
     if not data.startswith(b"ply"):
         plain = without_bom(data)
         data = plain if plain.startswith(b"ply") else to_plain_bytes(data)  # UTF-16
     end = data.find(b"end_header", 0, HEADER_BYTES)
     if not data.startswith(b"ply") or end < 0:
-        raise InputError(f"{name}: has no PLY header; export it again")
+        raise shape.error("has no PLY header; export it again")
     line_end = find_line_end(data[:end])
     start = data.find(line_end, end)
     if start < 0:
-        raise describe_truncation(name, "ends with its header")
+        raise shape.truncation("ends with its header")
     lines = data[:end].splitlines()
     found = FORMAT.search(b"\n".join(lines))
     order = ORDERS.get(found[1].decode()) if found else None
     if order is None:
-        raise InputError(f"{name}: its PLY header has no known format; export it again")
+        raise shape.error("its PLY header has no known format; export it again")
     elements = list[PlyElement]()
     for line in (line.decode("latin-1") for line in lines):
         try:
@@ -158,8 +153,8 @@ def parse_ply_header(data: bytes, name: str) -> PlyHeader:
                 case _:
                     continue
         except (KeyError, ValueError):
-            raise InputError(
-                f"{name}: {line.strip():.60}: is not understood in a PLY header; export it again"
+            raise shape.error(
+                f"{line.strip():.60}: is not understood in a PLY header; export it again"
             ) from None
         last = elements[-1]
         elements[-1] = replace(last, properties=(*last.properties, new))
@@ -168,30 +163,33 @@ def parse_ply_header(data: bytes, name: str) -> PlyHeader:
 
 
 def _type(order: str, kind: str) -> np.dtype[Any]:
-    return np.dtype((order or "=") + TYPES[kind])
+    found = TYPES[kind]
+    return np.dtype(order + found if order else "f8")  # of text see _pack_text
 
 
-def read_ply_rows(header: PlyHeader, name: str) -> tuple[dict[str, PlyRows], tuple[str, ...]]:
+def read_ply_rows(
+    header: PlyHeader, shape: ShapeFile
+) -> tuple[dict[str, PlyRows], tuple[str, ...]]:
     """Return the rows of each element, and warnings.
 
     Raises InputError where the file ends before its last row, or has more than its header counts.
     """
     if not header.is_text:
-        return _find_all_rows(_Bytes(header.body), header.elements, name), ()
+        return _find_all_rows(_Bytes(header.body), header.elements, shape), ()
     text = without_comments(to_plain_bytes(header.body))
     try:
-        return _find_all_rows(_Text(text, name, header.line), header.elements, name), ()
+        return _find_all_rows(_pack_text(text, header, shape), header.elements, shape), ()
     except InputError:
         trimmed = _trim_rows(text, header.elements)
         if trimmed is None:
             raise
     longer = "rows have more words than its header says; those at their ends are left out"
-    return _find_all_rows(_Text(trimmed, name, header.line), header.elements, name), (longer,)
+    return _find_all_rows(_pack_text(trimmed, header, shape), header.elements, shape), (longer,)
 
 
 def _trim_rows(text: bytes, elements: Sequence[PlyElement]) -> bytes | None:
-    """The rows of a text, a line each, without words that the header does not have; None where no
-    row has any, or one is too short.
+    """Return the rows of a text, a line each, without words that the header does not have; None
+    where no row has any, or one is too short.
     """
     lines = [line.split() for line in text.split(b"\n") if line.strip()]
     if len(lines) != sum(element.count for element in elements):
@@ -213,47 +211,15 @@ def _trim_rows(text: bytes, elements: Sequence[PlyElement]) -> bytes | None:
     return b" ".join(kept) if len(kept) < sum(map(len, lines)) else None
 
 
-class _Text:
-    """The words of a PLY in text, which begin in a line."""
-
-    def __init__(self, text: bytes, name: str, line: int) -> None:
-        numbers = parse_numbers(text)
-        if numbers is None:
-            rows = enumerate(text.split(b"\n"), line)
-            number, row = next((k, row) for k, row in rows if parse_numbers(row) is None)
-            raise describe_bad_row(name, number, row, "row of numbers")
-        self.numbers: FloatArray = numbers
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-    def width(self, _kind: np.dtype[Any]) -> int:
-        return 1
-
-    def integer(self, place: int, _kind: np.dtype[Any]) -> int:
-        value = float(self.numbers[place])
-        return int(value) if value.is_integer() else -1
-
-    def values(self, places: Indices, _kind: np.dtype[Any]) -> FloatArray:
-        found: FloatArray = self.numbers[places]
-        return found
-
-    def has_only_fill(self, place: int) -> bool:
-        return place == len(self)
-
-
 class _Bytes:
-    """The bytes of a binary PLY."""
+    """The bytes of the rows; text is kept as 64-bit numbers, of which zeros are no filling."""
 
-    def __init__(self, body: bytes) -> None:
-        self.body = body
+    def __init__(self, body: bytes, fill: bytes = FILL) -> None:
+        self.body, self.fill = body, fill
         self.raw = np.frombuffer(body, dtype=np.uint8)
 
     def __len__(self) -> int:
         return len(self.body)
-
-    def width(self, kind: np.dtype[Any]) -> int:
-        return kind.itemsize
 
     def integer(self, place: int, kind: np.dtype[Any]) -> int:
         if kind.itemsize == 1 and kind.kind == "u":
@@ -270,57 +236,64 @@ class _Bytes:
         numbers: FloatArray = picked.view(kind).ravel().astype(np.float64)
         return numbers
 
-    def has_only_fill(self, place: int) -> bool:
-        return not self.body[place:].strip(FILL)
+
+def _pack_text(text: bytes, header: PlyHeader, shape: ShapeFile) -> _Bytes:
+    """Return the words of a PLY in text as 64-bit numbers; InputError with the line of others."""
+    numbers = parse_numbers(text)
+    if numbers is None:
+        rows = enumerate(text.split(b"\n"), header.line)
+        number, row = next((k, row) for k, row in rows if parse_numbers(row) is None)
+        raise shape.bad_row(number, row, "row of numbers")
+    return _Bytes(np.asarray(numbers, dtype=np.float64).tobytes(), b"")
 
 
 def _find_all_rows(
-    source: _Text | _Bytes, elements: Sequence[PlyElement], name: str
+    source: _Bytes, elements: Sequence[PlyElement], shape: ShapeFile
 ) -> dict[str, PlyRows]:
     found, place = dict[str, PlyRows](), 0
     for element in elements:
-        found[element.name] = rows = _find_rows(source, element, place, name)
+        found[element.name] = rows = _find_rows(source, element, place, shape)
         place = rows.end
-    if elements and not source.has_only_fill(place):
+    if elements and source.body[place:].strip(source.fill):
         counts = " and ".join(f"{element.count} rows of {element.name}" for element in elements)
-        raise describe_inconsistency(name, f"more follows than the {counts} that its header counts")
+        raise shape.inconsistency(f"more follows than the {counts} that its header counts")
     return found
 
 
-def _find_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: str) -> PlyRows:
-    """The rows of an element that begin at a place."""
+def _find_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile) -> PlyRows:
+    """Return the rows of an element that begin at a place."""
     fields = element.properties
     if not fields or not element.count:
         none = np.zeros(0, dtype=np.int64)
         lengths = [none if field.count_kind is not None else None for field in fields]
         return PlyRows(element, source, [none] * len(fields), lengths, place)
-    least = sum(source.width(field.count_kind or field.kind) for field in fields)
+    least = sum((field.count_kind or field.kind).itemsize for field in fields)
     if element.count * least > len(source) - place:
         held = (len(source) - place) // least
         if held == 0 or any(field.count_kind is not None for field in fields):
-            raise describe_claim(name, f"{element.count} rows of {element.name}")
-        raise _is_cut(element, held, name)
+            raise shape.false_claim(f"{element.count} rows of {element.name}")
+        raise _is_cut(element, held, shape)
     # most elements have no list, or lists of one length
     offsets, firsts, width = list[int](), list[int | None](), 0
     for field in fields:
         first = None
         if field.count_kind is not None:
-            head = source.width(field.count_kind)
+            head = field.count_kind.itemsize
             is_there = place + width + head <= len(source)
             first = source.integer(place + width, field.count_kind) if is_there else -1
             width += head
         firsts.append(first)
         offsets.append(width)
-        width += source.width(field.kind) * (1 if first is None else max(first, 0))
+        width += field.kind.itemsize * (1 if first is None else max(first, 0))
     end = place + element.count * width
     if end > len(source) or any(first is not None and first < 0 for first in firsts):
-        return _walk_rows(source, element, place, name)
+        return _walk_rows(source, element, place, shape)
     begins = place + width * np.arange(element.count)
     for field, offset, first in zip(fields, offsets, firsts, strict=True):
         if field.count_kind is not None:
-            heads = begins + offset - source.width(field.count_kind)
+            heads = begins + offset - field.count_kind.itemsize
             if (source.values(heads, field.count_kind) != first).any():
-                return _walk_rows(source, element, place, name)
+                return _walk_rows(source, element, place, shape)
     return PlyRows(
         element,
         source,
@@ -330,15 +303,15 @@ def _find_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: st
     )
 
 
-def _walk_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: str) -> PlyRows:
-    """The rows of an element whose lists have different lengths: one after the other."""
+def _walk_rows(source: _Bytes, element: PlyElement, place: int, shape: ShapeFile) -> PlyRows:
+    """Find the rows of an element whose lists have different lengths: one after the other."""
     steps = [
         (
             list[int](),
             list[int](),
             field.count_kind,
-            source.width(field.count_kind) if field.count_kind is not None else 0,
-            source.width(field.kind),
+            field.count_kind.itemsize if field.count_kind is not None else 0,
+            field.kind.itemsize,
         )
         for field in element.properties
     ]
@@ -350,18 +323,16 @@ def _walk_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: st
                 place += item
                 continue
             if place + head > size:
-                raise _is_cut(element, row, name)
+                raise _is_cut(element, row, shape)
             length = source.integer(place, count_kind)
             if length < 0:
-                raise describe_inconsistency(
-                    name, f"{element.name} {row} has a list of impossible length"
-                )
+                raise shape.inconsistency(f"{element.name} {row} has a list of impossible length")
             place += head
             starts.append(place)
             lengths.append(length)
             place += length * item
         if place > size:
-            raise _is_cut(element, row, name)
+            raise _is_cut(element, row, shape)
     return PlyRows(
         element,
         source,
@@ -371,6 +342,6 @@ def _walk_rows(source: _Text | _Bytes, element: PlyElement, place: int, name: st
     )
 
 
-def _is_cut(element: PlyElement, row: int, name: str) -> InputError:
+def _is_cut(element: PlyElement, row: int, shape: ShapeFile) -> InputError:
     rows = f"{row} of {element.count} rows of {element.name}"
-    return describe_truncation(name, f"ends after {rows}: claims more than it holds")
+    return shape.truncation(f"ends after {rows}: claims more than it holds")

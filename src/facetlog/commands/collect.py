@@ -135,7 +135,7 @@ def collect_command(
 
     With --recognize or --explore also 1 if no model matches, or --until is not reached.
     """
-    from facetlog.perception.reading.pose_files.poses_file import metres_per
+    from facetlog.perception.reading.pose_files.file_values import metres_per
     from facetlog.recordings.recording_request import check_recording
     from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.request import Request, check_begun

@@ -55,24 +55,6 @@ def test_views_come_as_pictures_and_poses_do(tmp_path):
     assert source.problems == ()
 
 
-def test_nothing_is_read_before_it_is_requested(tmp_path):
-    _poses(tmp_path, 2)
-    _picture(tmp_path, 0)
-    (tmp_path / "1.png").write_bytes(b"no picture")
-    views = iter(_followed(tmp_path, Time()))
-    assert next(views).name == "0.png"
-
-
-def test_a_picture_that_is_being_written_is_waited_for(tmp_path):
-    _poses(tmp_path, 2)
-    _picture(tmp_path, 0)
-    _picture(tmp_path, 1)
-    whole = (tmp_path / "1.png").read_bytes()
-    (tmp_path / "1.png").write_bytes(whole[: len(whole) // 2])
-    time = Time(lambda: None, lambda: (tmp_path / "1.png").write_bytes(whole))
-    assert [view.name for view in _followed(tmp_path, time)] == ["0.png", "1.png"]
-
-
 def test_a_picture_that_stays_damaged_or_missing_is_named(tmp_path):
     _poses(tmp_path, 3)
     _picture(tmp_path, 0)
@@ -113,17 +95,6 @@ def test_a_frame_without_pose_is_named_and_left_out_alone(tmp_path):
     assert "frame 2 ('1.png'): transform_matrix is missing" in source.problems[0]
     assert [view.name for view in source] == ["2.png"]
     assert "frame 2 ('1.png'): transform_matrix is missing" in source.problems[0]
-
-
-def test_frames_of_a_video_come_as_it_and_its_poses_grow(tmp_path):
-    greys = [np.full((48, 64), 30 * i + 20, np.uint8) for i in range(6)]
-    write_video(tmp_path / "walk.avi", greys)
-    _poses(tmp_path, 2, video="walk.avi")
-    time = Time(lambda: _poses(tmp_path, 7, video="walk.avi"))
-    source = _followed(tmp_path, time)
-    views = list(source)
-    assert [round(float(view.image.mean()), -1) for view in views] == [20, 50, 80, 110, 140, 170]
-    assert "no whole frame 6" in source.problems[0]
 
 
 def test_a_frame_of_a_video_is_the_one_of_its_number(tmp_path):

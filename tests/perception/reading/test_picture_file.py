@@ -36,7 +36,7 @@ def test_each_kind_of_file_is_read_in_grey(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.97])
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.97])
 def test_a_cut_off_file_is_refused_in_silence(
     tmp_path: Path, kind: str, share: float, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -89,10 +89,9 @@ def test_sixteen_bits_become_eight(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_picture(path), picture(3), atol=1)
 
 
-@pytest.mark.parametrize("bits", [10, 12])
-def test_sixteen_bits_of_which_few_are_used_are_refused(tmp_path: Path, bits: int) -> None:
+def test_sixteen_bits_of_which_few_are_used_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.png"
-    cv2.imwrite(str(path), picture(3).astype(np.uint16) << (bits - 8))
+    cv2.imwrite(str(path), picture(3).astype(np.uint16) << 4)
     with pytest.raises(InputError, match=r"a\.png has 16 bits, yet no level above \d+: write it"):
         read_picture(path)
 
@@ -102,13 +101,6 @@ def test_levels_that_are_no_integers_are_refused(tmp_path: Path) -> None:
     cv2.imwrite(str(path), picture(3).astype(np.float32) / 255)
     with pytest.raises(InputError, match=r"a\.tif has levels of float32: write it with 8 or 16"):
         read_picture(path)
-
-
-@pytest.mark.parametrize("channels", [3, 4])
-def test_colour_with_or_without_alpha_is_read_as_grey(tmp_path: Path, channels: int) -> None:
-    path = tmp_path / "a.png"
-    cv2.imwrite(str(path), np.dstack([picture(3)] * channels))
-    np.testing.assert_array_equal(read_picture(path), picture(3))
 
 
 @settings(max_examples=80)

@@ -5,7 +5,6 @@ LAZ is read in a process of its own: its decompressor ends the process on damage
 
 import struct
 import subprocess
-import tempfile
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -15,11 +14,7 @@ from typing import Any
 import numpy as np
 
 from facetlog.errors import InputError, missing_extra
-from facetlog.perception.reading.shape_files.file_damage import (
-    describe_claim,
-    describe_inconsistency,
-    describe_truncation,
-)
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 from facetlog.python_process import importing_environment, python_module
 
@@ -44,34 +39,34 @@ VLR_BYTES, EVLR_BYTES = 54, 60
 CHUNK_BYTES, ROW_BYTES = 32 << 20, 32
 
 
-def las_points(path: Path, most: int) -> tuple[FloatArray, tuple[str, ...]]:
+def las_points(shape: ShapeFile) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the points (n, 3) of a LAS or LAZ file, in its own frame, and a warning of others.
 
     Points that the file classifies as noise, or says are withheld, are left out; synthetic points
-    and key points are points. Raises InputError where laspy is missing, for more than `most`
+    and key points are points. Raises InputError where laspy is missing, for too many
     points, for damage, and where nothing else is left.
     """
     if find_spec("laspy") is None:  # an extra: surveys need it, nothing else does
-        raise missing_extra(f"{path.name}: LAS files", "laspy", "las")
-    count, is_compressed = _check_header(path, most)
+        raise missing_extra(f"{shape.name}: LAS files", "laspy", "las")
+    count, is_compressed = _check_header(shape)
     if is_compressed:
         if find_spec("lazrs") is None:
-            raise missing_extra(f"{path.name}: LAZ files", "lazrs", "las")
-        rows = _read_compressed(path)
+            raise missing_extra(f"{shape.name}: LAZ files", "lazrs", "las")
+        rows = _read_compressed(shape)
     else:
         try:
-            rows = np.concatenate([np.zeros((0, 4)), *read_las_chunks(path)])
+            rows = np.concatenate([np.zeros((0, 4)), *read_las_chunks(shape.path)])
         except (OSError, MemoryError):
             raise
         except Exception as exc:  # readers raise any kind of error on a damaged file
-            raise _is_damaged(path, describe_fault(exc)) from exc
+            raise _is_damaged(shape, describe_fault(exc)) from exc
     if len(rows) < count:
-        raise describe_truncation(path.name, f"has {len(rows)} of {count} points")
+        raise shape.truncation(f"has {len(rows)} of {count} points")
     points, marks = rows[:, :3], rows[:, 3]
     kept = marks == POINT
     if len(points) and not kept.any():
-        raise InputError(
-            f"{path.name}: all of its {len(points)} points are marked as noise or withheld; "
+        raise shape.error(
+            f"all of its {len(points)} points are marked as noise or withheld; "
             "export it without these marks"
         )
     return points[kept], tuple(
@@ -100,33 +95,23 @@ def read_las_chunks(path: Path) -> Iterator[FloatArray]:
             yield np.asarray(rows, dtype=np.float64)
 
 
-def _read_compressed(path: Path) -> FloatArray:
+def _read_compressed(shape: ShapeFile) -> FloatArray:
     """Read a LAZ in a process of its own: the decompressor aborts on damaged data."""
-    command = python_module("facetlog.perception.reading.shape_files.clouds.laz_process", str(path))
-    with (
-        tempfile.TemporaryFile() as errors,
-        subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            # A Ctrl-C of the terminal is for us.
-            start_new_session=True,
-            env=importing_environment(),
-        ) as process,
-    ):
-        try:
-            data = b"" if process.stdout is None else process.stdout.read()
-            code = process.wait()
-        except BaseException:
-            process.kill()
-            raise
-        errors.seek(0)
-        lines = errors.read().decode("utf-8", "replace").strip().splitlines()
-    if code:
-        died = code < 0 or not lines
-        raise _is_damaged(path, "its compressed points end the reader" if died else lines[-1])
-    return np.frombuffer(data, dtype=np.float64).reshape(-1, 4)
+    process = subprocess.run(
+        python_module(
+            "facetlog.perception.reading.shape_files.clouds.laz_process", str(shape.path)
+        ),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        start_new_session=True,  # a Ctrl-C of the terminal is for us
+        env=importing_environment(),
+        check=False,
+    )
+    if process.returncode:
+        lines = process.stderr.decode("utf-8", "replace").strip().splitlines()
+        died = process.returncode < 0 or not lines
+        raise _is_damaged(shape, "its compressed points end the reader" if died else lines[-1])
+    return np.frombuffer(process.stdout, dtype=np.float64).reshape(-1, 4)
 
 
 def describe_fault(exc: BaseException) -> str:
@@ -135,42 +120,39 @@ def describe_fault(exc: BaseException) -> str:
     return f"{type(exc).__name__} {said}" if isinstance(exc, KeyError) or not said else said
 
 
-def _is_damaged(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"{path.name}: cannot be read as LAS ({reason[:200]}): it is truncated or damaged; "
+def _is_damaged(shape: ShapeFile, reason: str) -> InputError:
+    return shape.error(
+        f"cannot be read as LAS ({reason[:200]}): it is truncated or damaged; "
         "export the cloud again"
     )
 
 
-def _check_header(path: Path, most: int) -> tuple[int, bool]:
-    """How many points the file claims to have, and whether they are compressed.
+def _check_header(shape: ShapeFile) -> tuple[int, bool]:
+    """Return how many points the file claims to have, and whether they are compressed.
 
     Raises InputError for counts that the file cannot hold: laspy makes room for any.
     """
-    size = path.stat().st_size
-    with path.open("rb") as file:
+    size = shape.path.stat().st_size
+    with shape.path.open("rb") as file:
         head = file.read(MOST_HEADER_BYTES)
     if not head.startswith(SIGNATURE):
-        raise InputError(f"{path.name}: has no LAS header; export the cloud again")
+        raise shape.error("has no LAS header; export the cloud again")
     minor = head[MINOR_AT] if len(head) > MINOR_AT else 0
     least = MOST_HEADER_BYTES if minor > 4 else LEAST_HEADER.get(minor, HEADER_BYTES)
     if len(head) < least:
-        raise describe_truncation(path.name, "ends within its header")
+        raise shape.truncation("ends within its header")
     header_bytes, start, records = struct.unpack_from(SIZES, head, SIZES_AT)
     point_bytes, count = struct.unpack_from(RECORD, head, RECORD_AT)
     if not least <= header_bytes <= start <= size:
-        raise describe_inconsistency(
-            path.name, f"says that its points begin at byte {start} of {size}"
-        )
+        raise shape.inconsistency(f"says that its points begin at byte {start} of {size}")
     if records * VLR_BYTES > start - header_bytes:
-        raise describe_claim(path.name, f"{records} records before its points")
+        raise shape.false_claim(f"{records} records before its points")
     if minor >= 4:
         extended_at, extended, count = struct.unpack_from(EXTENDED, head, EXTENDED_AT)
         if extended and extended_at + extended * EVLR_BYTES > size:
-            raise describe_claim(path.name, f"{extended} records after its points")
-    if count > most:
-        raise InputError(f"{path.name}: has {count} points, more than {most}; thin the cloud")
+            raise shape.false_claim(f"{extended} records after its points")
+    shape.check_points(count)
     is_compressed = bool(head[FORMAT_AT] & COMPRESSED)
     if not is_compressed and count * point_bytes > size - start:
-        raise describe_claim(path.name, f"{count} points")
+        raise shape.false_claim(f"{count} points")
     return count, is_compressed

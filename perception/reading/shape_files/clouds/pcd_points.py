@@ -1,15 +1,12 @@
 """Points of a PCD file (Point Cloud Library, version 0.7): text, binary, and compressed binary."""
 
-import io
 import re
 import struct
 from dataclasses import dataclass
-from typing import BinaryIO
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.clouds.point_table import (
     PointTable,
     columns_of,
@@ -17,12 +14,12 @@ from facetlog.perception.reading.shape_files.clouds.point_table import (
     rows_from_text,
 )
 from facetlog.perception.reading.shape_files.clouds.range_image import find_camera_centre
-from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.file_text import (
     find_line_end,
     to_plain_bytes,
     without_bom,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Viewpoint", "decompress_lzf", "read_pcd_points"]
@@ -68,48 +65,45 @@ class _Header:
 
     @property
     def row(self) -> "np.dtype[np.void]":
-        """A row as it is packed."""
+        """Type of a row as it is packed."""
         return np.dtype(
             [(f"{k}", t, (n,)) if n != 1 else (f"{k}", t)
              for k, (t, n) in enumerate(zip(self.types, self.repeats, strict=True))]
         )  # fmt: skip
 
 
-def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, Viewpoint]:
+def read_pcd_points(shape: ShapeFile) -> tuple[PointTable, Viewpoint]:
     """Return the points of a PCD, and from where they may have been seen."""
-    head = without_bom(file.read(HEADER_BYTES))
-    text = to_plain_bytes(head)
-    if DATA_LINE.search(head) is None and DATA_LINE.search(text) is not None:
-        # UTF-16: of a text as a whole
-        file.seek(0)
-        file = io.BytesIO(to_plain_bytes(file.read()))
-        head = file.read(HEADER_BYTES)
+    data = shape.path.read_bytes()
+    head = without_bom(data[:HEADER_BYTES])
+    if DATA_LINE.search(head) is None and DATA_LINE.search(to_plain_bytes(head)) is not None:
+        data = to_plain_bytes(data)  # UTF-16: of a text as a whole
+    data = without_bom(data)
+    head = data[:HEADER_BYTES]
     found = DATA_LINE.search(head)
     if found is None:
-        raise InputError(
-            f"{name}: is no PCD: no line DATA in its first {HEADER_BYTES} bytes; "
-            "export the cloud again"
+        raise shape.error(
+            f"is no PCD: no line DATA in its first {HEADER_BYTES} bytes; export the cloud again"
         )
-    header = _header(to_plain_bytes(head[: found.end()]).decode(), name)
-    if header.count > most:
-        raise InputError(f"{name}: has {header.count} points, more than {most}; thin the cloud")
-    body = head[found.end() :].removeprefix(find_line_end(head)) + file.read()
+    header = _header(to_plain_bytes(head[: found.end()]).decode(), shape)
+    shape.check_points(header.count)
+    body = data[found.end() :].removeprefix(find_line_end(head))
     match header.data:
         case "ascii":
-            rows = rows_from_text(name, to_plain_bytes(body), sum(header.repeats), header.count)
+            rows = rows_from_text(shape, to_plain_bytes(body), sum(header.repeats), header.count)
             fields = tuple(
                 field if n == 1 else f"{field}_{k}"
                 for field, n in zip(header.fields, header.repeats, strict=True)
                 for k in range(n)
             )
-            table = columns_of(name, fields, rows)
+            table = columns_of(shape, fields, rows)
         case "binary":
-            packed = rows_from_binary(name, body, header.row, header.count)
-            table = columns_of(name, header.fields, packed)
+            packed = rows_from_binary(shape, body, header.row, header.count)
+            table = columns_of(shape, header.fields, packed)
         case "binary_compressed":
-            table = columns_of(name, header.fields, _unpacked(body, header, name))
+            table = columns_of(shape, header.fields, _unpacked(body, header, shape))
         case _:
-            raise InputError(f"{name}: has DATA {header.data[:30]}, which is no kind of PCD")
+            raise shape.error(f"has DATA {header.data[:30]}, which is no kind of PCD")
     return table, _viewpoint(header, table.points)
 
 
@@ -134,7 +128,7 @@ def _viewpoint(header: _Header, points: FloatArray) -> Viewpoint:
     return Viewpoint(np.array(places) if places else None, camera, axes)
 
 
-def _header(text: str, name: str) -> _Header:
+def _header(text: str, shape: ShapeFile) -> _Header:
     lines = (line.partition("#")[0].split() for line in text.splitlines())
     entries = {words[0].upper(): words[1:] for words in lines if words}
     if "FIELDS" not in entries and "COLUMNS" in entries:
@@ -145,34 +139,34 @@ def _header(text: str, name: str) -> _Header:
         kinds = [kind.upper() for kind in entries["TYPE"]]
         types = tuple(TYPES[pair] for pair in zip(kinds, sizes, strict=True))
         repeats = tuple(int(n) for n in entries.get("COUNT", ["1"] * len(fields)))
-        shape = (int(entries.get("HEIGHT", ["1"])[0]), int(entries.get("WIDTH", ["0"])[0]))
-        count = int(entries["POINTS"][0]) if "POINTS" in entries else shape[0] * shape[1]
+        size = (int(entries.get("HEIGHT", ["1"])[0]), int(entries.get("WIDTH", ["0"])[0]))
+        count = int(entries["POINTS"][0]) if "POINTS" in entries else size[0] * size[1]
         data = entries["DATA"][0].lower()
     except KeyError as exc:
         what = exc.args[0]
         said = f"no line {what}" if isinstance(what, str) else f"a field of TYPE and SIZE {what}"
-        raise InputError(f"{name}: its PCD header has {said}; export the cloud again") from exc
+        raise shape.error(f"its PCD header has {said}; export the cloud again") from exc
     except (IndexError, ValueError) as exc:
-        raise InputError(f"{name}: has a damaged PCD header ({exc}); export it again") from exc
+        raise shape.error(f"has a damaged PCD header ({exc}); export it again") from exc
     sound = len(fields) == len(types) == len(repeats) and min(repeats, default=0) > 0 <= count
     if not sound or sum(repeats) > HEADER_BYTES:
-        raise InputError(
-            f"{name}: its PCD header has {len(fields)} FIELDS, {len(types)} TYPEs and "
+        raise shape.error(
+            f"its PCD header has {len(fields)} FIELDS, {len(types)} TYPEs and "
             f"{len(repeats)} COUNTs, for {count} points; export the cloud again"
         )
     try:
         viewpoint = tuple(float(x) for x in entries.get("VIEWPOINT", NO_VIEWPOINT))
     except ValueError:
         viewpoint = ()
-    return _Header(fields, types, repeats, count, shape, data, viewpoint)
+    return _Header(fields, types, repeats, count, size, data, viewpoint)
 
 
 def _unpacked(
-    body: bytes, header: _Header, name: str
+    body: bytes, header: _Header, shape: ShapeFile
 ) -> "np.ndarray[tuple[int], np.dtype[np.void]]":
-    """Rows of compressed data, which is kept field by field."""
+    """Return the rows of compressed data, which is kept field by field."""
     row = header.row
-    truncated = describe_inconsistency(name, "its compressed data is not that of its points")
+    truncated = shape.inconsistency("its compressed data is not that of its points")
     if len(body) < 8:
         raise truncated
     packed, size = struct.unpack("<II", body[:8])
@@ -194,7 +188,8 @@ def _unpacked(
 
 
 def decompress_lzf(data: bytes, size: int) -> bytes:
-    """`size` bytes from LZF (M. Lehmann, liblzf); ValueError where the data makes no such number.
+    """Return `size` bytes from LZF (M. Lehmann, liblzf); ValueError where the data makes no such
+    number.
 
     A control byte below 32 is followed by one more than so many bytes; any other says, in its
     upper 3 bits and the byte after these are all set, how many bytes to repeat, and in the other

@@ -53,7 +53,7 @@ class Cloud:
         sensor_places: ArrayLike | None = None,
         world_axes: ArrayLike | None = None,
     ) -> "Cloud":
-        """A cloud of any arrays: points that are not finite, or there already, are dropped.
+        """Make a cloud of any arrays: points that are not finite, or there already, are dropped.
 
         Normals of no length are taken for unknown. Raises InputError for fewer than 16 points.
         """
@@ -100,7 +100,7 @@ def _settled(values: FloatArray) -> FloatArray:
 
 
 def _unit_rows(normals: FloatArray | None) -> FloatArray | None:
-    """Normals (n, 3) of unit length; zeros where they had none; None where none has any."""
+    """Return normals (n, 3) of unit length; zeros where they had none; None where none has any."""
     if normals is None:
         return None
     with np.errstate(over="ignore", invalid="ignore"):

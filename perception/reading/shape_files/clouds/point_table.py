@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.file_damage import describe_claim
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["NORMALS", "PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
@@ -28,40 +27,40 @@ class PointTable:
     warnings: tuple[str, ...] = ()
 
 
-def rows_from_binary(name: str, data: bytes, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
-    """`count` packed rows from the start of the data; InputError where it has fewer."""
+def rows_from_binary(
+    shape: ShapeFile, data: bytes, dtype: np.dtype[Any], count: int
+) -> NDArray[Any]:
+    """Return `count` packed rows from the start of the data; InputError where it has fewer."""
     needed = count * dtype.itemsize
     if needed > len(data):
-        raise describe_claim(name, f"{count} points")
+        raise shape.false_claim(f"{count} points")
     return np.frombuffer(data, dtype, count)
 
 
-def rows_from_text(name: str, data: bytes, columns: int, count: int) -> FloatArray:
-    """`count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
+def rows_from_text(shape: ShapeFile, data: bytes, columns: int, count: int) -> FloatArray:
+    """Return `count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
     if count * columns * LEAST_TEXT_BYTES > len(data) + LEAST_TEXT_BYTES:
-        raise describe_claim(name, f"{count} points")
+        raise shape.false_claim(f"{count} points")
     try:
         rows = np.loadtxt(io.BytesIO(data), max_rows=count, ndmin=2) if count else np.empty((0, 0))
     except (ValueError, UnicodeDecodeError) as exc:
         said = " ".join(str(exc).split())
-        raise InputError(
-            f"{name}: has a damaged row ({said[:100]}); export the cloud again"
-        ) from exc
+        raise shape.error(f"has a damaged row ({said[:100]}); export the cloud again") from exc
     if rows.shape[0] < count:
-        raise describe_claim(name, f"{count} points")
+        raise shape.false_claim(f"{count} points")
     if count and rows.shape[1] != columns:
-        raise InputError(
-            f"{name}: has rows of {rows.shape[1]} numbers where its header says {columns}; "
+        raise shape.error(
+            f"has rows of {rows.shape[1]} numbers where its header says {columns}; "
             "export the cloud again"
         )
     return rows.reshape(count, columns)
 
 
-def columns_of(name: str, fields: tuple[str, ...], rows: NDArray[Any]) -> PointTable:
-    """Places and normals among the fields of rows, which are packed or (n, fields) numbers."""
+def columns_of(shape: ShapeFile, fields: tuple[str, ...], rows: NDArray[Any]) -> PointTable:
+    """Return places and normals of rows, which are packed or (n, fields) numbers."""
     lower = [field.lower() for field in fields]
     if not set(PLACE) <= set(lower):
-        raise InputError(f"{name}: its points have no x, y and z; export the cloud again")
+        raise shape.error("its points have no x, y and z; export the cloud again")
 
     def taken(wanted: tuple[str, ...]) -> FloatArray:
         at = [lower.index(field) for field in wanted]

@@ -14,15 +14,14 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.clouds.point_table import (
     NORMALS,
     PLACE,
     PointTable,
     columns_of,
 )
-from facetlog.perception.reading.shape_files.file_damage import describe_truncation
 from facetlog.perception.reading.shape_files.file_text import to_plain_bytes
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 WITH_COMMA = re.compile(r"[+-]?\d*,?\d+(?:[eE][+-]?\d+)?")
@@ -86,17 +85,20 @@ def split_row(text: str, separator: str | None) -> tuple[str, ...]:
     return tuple(words)
 
 
-def find_number_format(name: str, lines: Sequence[str]) -> NumberFormat:
+def find_number_format(shape: ShapeFile, lines: Sequence[str]) -> NumberFormat:
     """Return how the first rows of numbers are written.
 
     Raises InputError where commas may mean more than one thing.
     """
     separators = {find_separator(line) for line in lines}
-    separator = next(iter(separators)) if len(separators) == 1 else _common_of(separators)
+    if len(separators) == 1:
+        (separator,) = separators
+    else:  # rows that do not all show the same, as 0 0 0 beside 0,5 0 0
+        separator = next((mark for mark in (";", "\t") if mark in separators), None)
     rows = [split_row(line, separator) for line in lines]
     trailing = separator is not None and any(line.rstrip(" ").endswith(separator) for line in lines)
     if separator == ",":
-        _check_commas(name, rows)
+        _check_commas(shape, rows)
         return NumberFormat(",", False, trailing)
     words = [word for row in rows for word in row if "," in word]
     if not all(OF_NUMBERS.fullmatch(word) for word in words):
@@ -105,20 +107,13 @@ def find_number_format(name: str, lines: Sequence[str]) -> NumberFormat:
         return NumberFormat(separator, False, trailing)
     if any("." in word or word.count(",") > 1 for word in words):
         word = next(word for word in words if "." in word or word.count(",") > 1)
-        raise InputError(f"{name}: {word:.30}: has thousands separators; {WAY_OUT}")
+        raise shape.error(f"{word:.30}: has thousands separators; {WAY_OUT}")
     if all(OF_THOUSANDS.fullmatch(word) for word in words):
-        raise InputError(
-            f"{name}: {words[0]:.30}: may be a decimal number or one of thousands; {WAY_OUT}"
-        )
+        raise shape.error(f"{words[0]:.30}: may be a decimal number or one of thousands; {WAY_OUT}")
     return NumberFormat(separator, True, trailing)
 
 
-def _common_of(separators: set[str | None]) -> str | None:
-    """The separator of rows that do not all show the same, as 0 0 0 beside 0,5 0 0."""
-    return next((mark for mark in (";", "\t") if mark in separators), None)
-
-
-def _check_commas(name: str, rows: Sequence[tuple[str, ...]]) -> None:
+def _check_commas(shape: ShapeFile, rows: Sequence[tuple[str, ...]]) -> None:
     """Raise InputError where commas between columns are those within numbers, too."""
     width = len(rows[0]) if rows else 0
     if width < LEAST_SPLIT or width % 2 or any(len(row) != width for row in rows):
@@ -131,11 +126,11 @@ def _check_commas(name: str, rows: Sequence[tuple[str, ...]]) -> None:
         and any(LEADING_ZERO.fullmatch(word) for word in after)
     )
     if is_decimal:
-        raise InputError(f"{name}: has commas as decimal marks and between columns; {WAY_OUT}")
+        raise shape.error(f"has commas as decimal marks and between columns; {WAY_OUT}")
     if all(THOUSANDS.fullmatch(word) for word in before) and all(
         HUNDREDS.fullmatch(word) for word in after
     ):
-        raise InputError(f"{name}: has commas between thousands and between columns; {WAY_OUT}")
+        raise shape.error(f"has commas between thousands and between columns; {WAY_OUT}")
 
 
 # The format of numbers is found from so many rows, the names of columns in lines up to this long.
@@ -158,41 +153,47 @@ INDEX_FIRST = (
 )
 
 
-def points_from_text(name: str, data: bytes, most: int) -> PointTable:
+def points_from_text(shape: ShapeFile, data: bytes) -> PointTable:
     """Return the points of rows of numbers.
 
     Names in a first row, or in a remark as numpy.savetxt and CloudCompare write them, say where
     x, y, z are; without names they come first, or after an index. What is between names and
     numbers is any usual separator; decimal commas are read where only they can be meant.
 
-    Raises InputError for more than `most` points, for what is no such table, and where it is not
+    Raises InputError for too many points, for what is no such table, and where it is not
     sure which columns x, y and z are.
     """
     file = io.BytesIO(to_plain_bytes(data))
-    names, count, lines = _head(file, name)
-    form = find_number_format(name, lines)
+    names, count, lines = _head(file, shape)
+    form = find_number_format(shape, lines)
     body = form.to_plain(file.read())
+    most = shape.limits.points
     width = len(split_row(lines[0], form.separator)) if lines else 0
     try:
         rows = _load(body, form, most)
     except (ValueError, UnicodeDecodeError) as exc:
         if len(names) != width or not _name_place(names):
             said = " ".join(str(exc).split()).partition("; use")[0]
-            raise InputError(
-                f"{name}: is no table of numbers ({said[:100]}); give x, y, z in each row"
+            raise shape.error(
+                f"is no table of numbers ({said[:100]}); give x, y, z in each row"
             ) from exc
-        names, rows = _load_named(name, body, form, names, most)
+        names, rows = _load_named(shape, body, form, names, most)
     if len(rows) > most:
-        raise InputError(f"{name}: has more than {most} points; thin the cloud")
+        raise shape.error(f"has more than {most} points; thin the cloud")
     if rows.shape[1] < 3:
-        raise InputError(f"{name}: has no x, y, z in each row; export the cloud again")
+        raise shape.error("has no x, y, z in each row; export the cloud again")
     if count > len(rows):
-        raise describe_truncation(name, f"has {len(rows)} of {count} points that it claims")
+        raise shape.truncation(f"has {len(rows)} of {count} points that it claims")
     if not names:
-        return _without_names(name, rows)
+        return _without_names(shape, rows)
     if not _name_place(names):
-        raise InputError(f"{name}: has no columns x, y, z but {_quoted(names)}; {_advice(names)}")
-    return _with_names(name, names, rows, form)
+        advice = "name those of the place x, y, z"
+        if {each.lower() for each in names} & set(DEGREES):
+            advice = (
+                "degrees are no lengths: project them to metres, as UTM, and name these x, y, z"
+            )
+        raise shape.error(f"has no columns x, y, z but {_quoted(names)}; {advice}")
+    return _with_names(shape, names, rows, form)
 
 
 def _load(body: bytes, form: NumberFormat, most: int) -> FloatArray:
@@ -208,7 +209,7 @@ def _load(body: bytes, form: NumberFormat, most: int) -> FloatArray:
 
 
 def _load_named(
-    name: str, body: bytes, form: NumberFormat, names: tuple[str, ...], most: int
+    shape: ShapeFile, body: bytes, form: NumberFormat, names: tuple[str, ...], most: int
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Return the columns of places and normals, and their names, of rows with words in others."""
     lower = [each.lower() for each in names]
@@ -225,8 +226,8 @@ def _load_named(
                 raise ValueError(f"{len(words)} columns")
             rows.append([float(words[k]) for k in at])
         except ValueError as exc:
-            raise InputError(
-                f"{name}: row {number} is not as its names ({exc!s:.60}; {_quoted(names)}); "
+            raise shape.error(
+                f"row {number} is not as its names ({exc!s:.60}; {_quoted(names)}); "
                 "export the cloud again"
             ) from exc
         if len(rows) > most:
@@ -234,7 +235,7 @@ def _load_named(
     return tuple(wanted), np.array(rows, dtype=np.float64).reshape(len(rows), len(at))
 
 
-def _head(file: io.BytesIO, name: str) -> tuple[tuple[str, ...], int, list[str]]:
+def _head(file: io.BytesIO, shape: ShapeFile) -> tuple[tuple[str, ...], int, list[str]]:
     """Return the names of the columns, the number of points, and the first rows of numbers.
 
     Without names, or a number, they are () and 0. Leaves the file at its first row of numbers.
@@ -265,8 +266,8 @@ def _head(file: io.BytesIO, name: str) -> tuple[tuple[str, ...], int, list[str]]
     file.seek(start)
     lines = [each for each in lines if each and not each.startswith(REMARKS)]
     if tuple(len(each.split()) for each in lines[: len(PTX_WIDTHS) - 1]) == PTX_WIDTHS[1:]:
-        raise InputError(
-            f"{name}: is a PTX scan (its size and the scanner's place before the points); "
+        raise shape.error(
+            "is a PTX scan (its size and the scanner's place before the points); "
             "export it as PLY or PTS"
         )
     if not names and lines:
@@ -276,7 +277,7 @@ def _head(file: io.BytesIO, name: str) -> tuple[tuple[str, ...], int, list[str]]
 
 
 def _names_in(remarks: list[str], columns: int, separator: str | None) -> tuple[str, ...]:
-    """The names that a remark gives the columns, none if all are remarks indeed."""
+    """Return the names that a remark gives the columns, none if all are remarks indeed."""
     for remark in reversed(remarks):
         text = remark.removeprefix("//").lstrip("#").strip()
         words = split_row(text, find_separator(text))
@@ -289,25 +290,25 @@ def _names_in(remarks: list[str], columns: int, separator: str | None) -> tuple[
 
 
 def _with_names(
-    name: str, names: tuple[str, ...], rows: FloatArray, form: NumberFormat
+    shape: ShapeFile, names: tuple[str, ...], rows: FloatArray, form: NumberFormat
 ) -> PointTable:
-    """The columns by their names; rows may have an index before them, as R writes it."""
+    """Return the columns by their names; rows may have an index before them, as R writes it."""
     width = rows.shape[1]
     if len(names) == width:
-        return columns_of(name, names, rows)
+        return columns_of(shape, names, rows)
     if len(names) == width - 1 and _counts(rows[:, 0]):
-        return columns_of(name, names, rows[:, 1:])
+        return columns_of(shape, names, rows[:, 1:])
     # names with blanks in them, or a unit after them: the first three are where they are
     if form.separator is None and len(names) > width and tuple(map(str.lower, names[:3])) == PLACE:
-        return columns_of(name, PLACE, rows)
-    raise InputError(
-        f"{name}: names {len(names)} columns ({_quoted(names)}) of rows of {width} numbers; "
+        return columns_of(shape, PLACE, rows)
+    raise shape.error(
+        f"names {len(names)} columns ({_quoted(names)}) of rows of {width} numbers; "
         "give each column one name, and write decimal points"
     )
 
 
-def _without_names(name: str, rows: FloatArray) -> PointTable:
-    """The first three columns, or those after an index; InputError where that is not sure."""
+def _without_names(shape: ShapeFile, rows: FloatArray) -> PointTable:
+    """Return the first three columns, or those after an index; InputError if unsure."""
     width = rows.shape[1]
     if width < 4 or not len(rows):
         return PointTable(rows[:, :3], None)
@@ -316,26 +317,25 @@ def _without_names(name: str, rows: FloatArray) -> PointTable:
         return replace(PointTable(rows[:, 1:4], None), warnings=(INDEX_FIRST.format(width),))
     whole = np.array([_is_whole(rows[:, k]) for k in range(width)])
     if (whole[0] and not whole[1:4].any()) or (whole[:3].all() and not whole[3:6].any()):
-        raise InputError(
-            f"{name}: the first of {width} columns has whole numbers alone, as a label, an index "
+        raise shape.error(
+            f"the first of {width} columns has whole numbers alone, as a label, an index "
             f"or a colour has: {NAME_THEM}"
         )
     others_first = width >= 6 and _are_others(rows[:, :3]) and not _are_others(rows[:, 3:6])
     if others_first:
-        raise InputError(
-            f"{name}: the first three of {width} columns may be colours or normals: {NAME_THEM}"
+        raise shape.error(
+            f"the first three of {width} columns may be colours or normals: {NAME_THEM}"
         )
     never_falls = bool((np.diff(first) >= 0.0).all()) and float(first[-1]) > float(first[0])
     if never_falls and not _is_colour_or_normal(rows[:, 3:6]) and not whole[3:].all():
-        raise InputError(
-            f"{name}: the first of {width} columns never falls, as a time or an index does: "
-            f"{NAME_THEM}"
+        raise shape.error(
+            f"the first of {width} columns never falls, as a time or an index does: {NAME_THEM}"
         )
     return PointTable(rows[:, :3], None)
 
 
 def _counts(values: FloatArray) -> bool:
-    """Whether values are whole numbers with the same step, 1 or more, from row to row."""
+    """Return whether values are whole numbers with the same step, 1 or more, from row to row."""
     steps = np.diff(values)
     if not len(steps) or not _is_whole(values[:2]):
         return False
@@ -348,7 +348,7 @@ def _is_whole(values: FloatArray) -> bool:
 
 
 def _is_colour_or_normal(columns: FloatArray) -> bool:
-    """Whether columns (n, 3) are colours of 0 to 255, or unit normals."""
+    """Return whether columns (n, 3) are colours of 0 to 255, or unit normals."""
     if columns.shape[1] < 3:
         return False
     lengths = np.linalg.norm(columns, axis=1)
@@ -359,18 +359,12 @@ def _is_colour_or_normal(columns: FloatArray) -> bool:
 
 
 def _are_others(columns: FloatArray) -> bool:
-    """Whether columns (n, 3) may be colours, also of 0 to 1, or unit normals."""
+    """Return whether columns (n, 3) may be colours, also of 0 to 1, or unit normals."""
     return _is_colour_or_normal(columns) or bool(((columns >= 0.0) & (columns <= 1.0)).all())
 
 
 def _name_place(words: tuple[str, ...]) -> bool:
     return set(PLACE) <= {word.lower() for word in words}
-
-
-def _advice(names: tuple[str, ...]) -> str:
-    if {each.lower() for each in names} & set(DEGREES):
-        return "degrees are no lengths: project them to metres, as UTM, and name these x, y, z"
-    return "name those of the place x, y, z"
 
 
 def _quoted(names: tuple[str, ...]) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.file_damage import describe_claim
 from facetlog.perception.reading.shape_files.file_text import parse_numbers
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["DaeDocument", "parse_xml"]
@@ -22,34 +22,32 @@ class _NoDocumentType(ElementTree.TreeBuilder):
         raise InputError("has a document type; export the DAE without one")
 
 
-def parse_xml(data: bytes, name: str) -> ElementTree.Element:
+def parse_xml(data: bytes, shape: ShapeFile) -> ElementTree.Element:
     parser = ElementTree.XMLParser(target=_NoDocumentType())  # noqa: S314 - see there
     try:
         parser.feed(data)
         root: ElementTree.Element = parser.close()
     except InputError as exc:
-        raise InputError(f"{name}: {exc}") from None
+        raise shape.error(f"{exc}") from None
     except (ElementTree.ParseError, LookupError, ValueError) as exc:
-        raise InputError(
-            f"{name}: its XML is truncated or damaged ({exc}); export it again"
-        ) from exc
+        raise shape.error(f"its XML is truncated or damaged ({exc}); export it again") from exc
     for element in root.iter():
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]  # without its namespace
     version = root.get("version", "")
     if root.tag != "COLLADA":
-        raise InputError(f"{name}: is no COLLADA document but <{root.tag:.30}>; export it again")
+        raise shape.error(f"is no COLLADA document but <{root.tag:.30}>; export it again")
     if version.startswith(("1.0", "1.1", "1.2", "1.3")):
-        raise InputError(f"{name}: is COLLADA {version:.10}, which is not read; convert it to 1.4")
+        raise shape.error(f"is COLLADA {version:.10}, which is not read; convert it to 1.4")
     return root
 
 
 @dataclass(slots=True)
 class DaeDocument:
-    """Elements by their ids, and their numbers; errors are InputError with the file's name."""
+    """Elements by their ids, and their numbers; errors are InputError."""
 
     root: ElementTree.Element
-    name: str
+    shape: ShapeFile
     ids: dict[str, ElementTree.Element] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -69,19 +67,17 @@ class DaeDocument:
             return None
         found = self.parse_numbers(words, "the unit's meter")
         if len(found) != 1 or not 0.0 < found[0] < np.inf:
-            raise InputError(f"{self.name}: has a unit of {words:.20} m; export it again")
+            raise self.shape.error(f"has a unit of {words:.20} m; export it again")
         return float(found[0])
 
     def follow(self, element: ElementTree.Element, key: str = "url") -> ElementTree.Element:
         """Return the element of this document that a url refers to."""
         url = element.get(key, "")
         if not url.startswith("#"):
-            raise InputError(
-                f"{self.name}: refers to another file ({url:.60}); export all into one DAE"
-            )
+            raise self.shape.error(f"refers to another file ({url:.60}); export all into one DAE")
         found = self.ids.get(url[1:])
         if found is None:
-            raise InputError(f"{self.name}: refers to {url:.60}, which is missing; export it again")
+            raise self.shape.error(f"refers to {url:.60}, which is missing; export it again")
         return found
 
     def parse_numbers(self, text: str | None, what: str, kind: Any = np.float64) -> Any:
@@ -89,10 +85,8 @@ class DaeDocument:
         found = parse_numbers((text or "").encode("utf-8", "replace"), kind)
         if found is None:
             if "," in (text or ""):
-                raise InputError(
-                    f"{self.name}: {what} has decimal commas; export with decimal points"
-                )
-            raise InputError(f"{self.name}: {what} is no list of numbers; export the DAE again")
+                raise self.shape.error(f"{what} has decimal commas; export with decimal points")
+            raise self.shape.error(f"{what} is no list of numbers; export the DAE again")
         return found
 
     def parse_integer(self, element: ElementTree.Element, key: str, default: int) -> int:
@@ -102,8 +96,8 @@ class DaeDocument:
         except ValueError:
             found = -1
         if found < 0:
-            raise InputError(
-                f"{self.name}: {element.tag} has a {key} of {element.get(key):.20}; export it again"
+            raise self.shape.error(
+                f"{element.tag} has a {key} of {element.get(key):.20}; export it again"
             )
         return found
 
@@ -113,14 +107,14 @@ class DaeDocument:
         for step in node:
             if step.tag in _TRANSFORMS:
                 matrix = matrix @ _transform(
-                    step.tag, self.parse_numbers(step.text, f"a {step.tag}"), self.name
+                    step.tag, self.parse_numbers(step.text, f"a {step.tag}"), self.shape
                 )
         return matrix
 
     def parse_matrix(self, numbers: FloatArray) -> FloatArray:
         """Return sixteen numbers as a matrix (4, 4)."""
         if len(numbers) != 16:
-            raise InputError(f"{self.name}: a matrix has {len(numbers)} numbers; export it again")
+            raise self.shape.error(f"a matrix has {len(numbers)} numbers; export it again")
         return numbers.reshape(4, 4)
 
     def read_coordinates(self, source: ElementTree.Element) -> FloatArray:
@@ -132,7 +126,7 @@ class DaeDocument:
         if len(axes) != 3:
             axes = [0, 1, 2]
         if stride < 3:
-            raise InputError(f"{self.name}: has positions of {stride} numbers; export it again")
+            raise self.shape.error(f"has positions of {stride} numbers; export it again")
         rows = self.read_rows(values, accessor, stride)
         return np.asarray(rows[:, axes], dtype=np.float64)
 
@@ -143,8 +137,8 @@ class DaeDocument:
             self.parse_integer(accessor, "count", 0),
         )
         if start + count * stride > len(values):
-            raise describe_claim(
-                self.name, f"{count} rows of {stride} numbers in an array of {len(values)}"
+            raise self.shape.false_claim(
+                f"{count} rows of {stride} numbers in an array of {len(values)}"
             )
         return values[start : start + count * stride].reshape(count, stride)
 
@@ -153,7 +147,7 @@ class DaeDocument:
         accessor = source.find("technique_common/accessor")
         array = source.find("float_array")
         if accessor is None:
-            raise InputError(f"{self.name}: a source has no accessor; export it again")
+            raise self.shape.error("a source has no accessor; export it again")
         if array is None:
             array = self.follow(accessor, "source")
         return self.parse_numbers(array.text, f"the array {array.get('id', '')}"), accessor
@@ -162,11 +156,11 @@ class DaeDocument:
 _TRANSFORMS = {"matrix": 16, "translate": 3, "rotate": 4, "scale": 3, "lookat": 9, "skew": 7}
 
 
-def _transform(kind: str, numbers: FloatArray, name: str) -> FloatArray:
-    """The matrix (4, 4) of a transformation element."""
+def _transform(kind: str, numbers: FloatArray, shape: ShapeFile) -> FloatArray:
+    """Return the matrix (4, 4) of a transformation element."""
     if len(numbers) != _TRANSFORMS[kind]:
-        raise InputError(
-            f"{name}: a {kind} has {len(numbers)} numbers, not {_TRANSFORMS[kind]}; export it again"
+        raise shape.error(
+            f"a {kind} has {len(numbers)} numbers, not {_TRANSFORMS[kind]}; export it again"
         )
     matrix = np.eye(4)
     match kind:

@@ -11,13 +11,13 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.meshes.dae_document import DaeDocument, parse_xml
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
     merge_parts,
+    move_part,
+    skin_points,
 )
 from facetlog.perception.reading.shape_files.meshes.polygons import (
     Triangulation,
@@ -26,7 +26,7 @@ from facetlog.perception.reading.shape_files.meshes.polygons import (
     triangulate,
     triangulate_rings,
 )
-from facetlog.perception.reading.shape_files.meshes.skinning import skin_points
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["read_dae"]
@@ -37,15 +37,15 @@ MAX_NODES = 1_000_000
 MAX_DEPTH = 500
 
 
-def read_dae(data: bytes, name: str, limits: Limits) -> TriangleList:
+def read_dae(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of the scene that a COLLADA document shows.
 
     Raises InputError where it is no sound XML or says less than it counts.
     """
-    scene = _Scene(parse_xml(data, name), name)
-    vertices, triangles = merge_parts(scene.iter_parts(), name, limits)
+    scene = _Scene(parse_xml(data, shape), shape)
+    vertices, triangles = merge_parts(scene.iter_parts(), shape)
     if not len(triangles):
-        raise NoTrianglesError(f"{name}: shows no triangles; export the mesh with its scene")
+        raise NoTrianglesError(f"{shape.name}: shows no triangles; export the mesh with its scene")
     warnings = Triangulation(triangles, scene.narrow, scene.crossing).warnings
     return TriangleList(
         vertices,
@@ -58,7 +58,7 @@ def read_dae(data: bytes, name: str, limits: Limits) -> TriangleList:
 
 @dataclass(slots=True)
 class _Scene(DaeDocument):
-    """What a COLLADA document shows; `narrow` and `crossing` count faces, as in Triangulation."""
+    """Scene of a COLLADA document; `narrow` and `crossing` count faces, as in Triangulation."""
 
     warnings: list[str] = field(default_factory=list)
     narrow: int = 0
@@ -70,7 +70,9 @@ class _Scene(DaeDocument):
         """Yield points and triangles of all that the scene shows, in its frame."""
         shown = self.root.find("scene/instance_visual_scene")
         if shown is None:
-            raise NoTrianglesError(f"{self.name}: shows no object; export the mesh with its scene")
+            raise NoTrianglesError(
+                f"{self.shape.name}: shows no object; export the mesh with its scene"
+            )
         scene = self.follow(shown)
         placed = list(self._iter_nodes(scene))
         for node, world in placed:
@@ -81,7 +83,7 @@ class _Scene(DaeDocument):
             for child in node:
                 if child.tag == "instance_geometry":
                     points, triangles = self._geometry(self.follow(child))
-                    yield _moved(points, triangles, world)
+                    yield move_part(points, triangles, world)
                 elif child.tag == "instance_controller":
                     yield self._controlled(child, world)
 
@@ -95,9 +97,7 @@ class _Scene(DaeDocument):
             node, above, depth = waiting.pop()
             count += 1
             if depth > MAX_DEPTH or count > MAX_NODES:
-                raise InputError(
-                    f"{self.name}: its nodes show each other without end; export it again"
-                )
+                raise self.shape.error("its nodes show each other without end; export it again")
             world = above @ self.find_matrix(node)
             yield node, world
             below = [
@@ -108,7 +108,7 @@ class _Scene(DaeDocument):
             waiting += [(child, world, depth + 1) for child in reversed(below)]
 
     def _geometry(self, geometry: ElementTree.Element) -> tuple[FloatArray, Indices]:
-        """Points and triangles of a geometry in its own frame."""
+        """Return points and triangles of a geometry in its own frame."""
         key = geometry.get("id", "")
         if key not in self._geometries:
             self._geometries[key] = self._read_geometry(geometry)
@@ -124,7 +124,7 @@ class _Scene(DaeDocument):
         if position is None:
             if not any(e.tag in _PRIMITIVES for e in mesh):
                 return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-            raise InputError(f"{self.name}: a mesh has no positions; export it again")
+            raise self.shape.error("a mesh has no positions; export it again")
         points = self.read_coordinates(self.follow(position, "source"))
         triangles = [self._triangles(e, points) for e in mesh if e.tag in _PRIMITIVES]
         return points, np.concatenate((np.zeros((0, 3), dtype=np.int64), *triangles))
@@ -137,7 +137,7 @@ class _Scene(DaeDocument):
             (o for e, o in zip(inputs, offsets, strict=True) if e.get("semantic") == "VERTEX"), None
         )
         if at is None:
-            raise InputError(f"{self.name}: {primitive.tag} have no VERTEX; export it again")
+            raise self.shape.error(f"{primitive.tag} have no VERTEX; export it again")
 
         def corners(element: ElementTree.Element) -> Indices:
             found = self.parse_numbers(element.text, f"a list of {primitive.tag}", np.int64)
@@ -158,7 +158,7 @@ class _Scene(DaeDocument):
         corners: Any,
         points: FloatArray,
     ) -> Indices:
-        """Triangles (m, 3) of a primitive whose elements <p> hold lists of corners."""
+        """Return triangles (m, 3) of a primitive whose elements <p> hold lists of corners."""
         none = np.zeros((0, 3), dtype=np.int64)
         together = np.concatenate((none.ravel(), *lists))
         count = self.parse_integer(primitive, "count", 0)
@@ -201,20 +201,20 @@ class _Scene(DaeDocument):
             self.warnings.append(f"{primitive.tag} counts {count} and holds {held}: all are read")
 
     def _is_inconsistent(self, primitive: ElementTree.Element, what: str) -> InputError:
-        return describe_inconsistency(self.name, f"{primitive.tag} has {what}")
+        return self.shape.inconsistency(f"{primitive.tag} has {what}")
 
     def _controlled(
         self, instance: ElementTree.Element, world: FloatArray
     ) -> tuple[FloatArray, Indices]:
-        """Points and triangles of an instance of a controller, in the scene's frame."""
+        """Return points and triangles of an instance of a controller, in the scene's frame."""
         controller = self.follow(instance)
         skin = controller.find("skin")
         if skin is None:
-            return _moved(*self._shape(controller), world)
+            return move_part(*self._shape(controller), world)
         points, triangles = self._shape(self.follow(skin, "source"))
         bind = self.parse_numbers(skin.findtext("bind_shape_matrix"), "a bind_shape_matrix")
         if len(bind):
-            points, triangles = _moved(points, triangles, self.parse_matrix(bind))
+            points, triangles = move_part(points, triangles, self.parse_matrix(bind))
         names, inverse = self._skin_joints(skin)
         places = [self._joint_place(name, instance) for name in names]
         missing = [name for name, place in zip(names, places, strict=True) if place is None]
@@ -222,7 +222,7 @@ class _Scene(DaeDocument):
             self.warnings.append(
                 f"the joint {missing[0]:.40} of a skin is missing: it is read as it was bound"
             )
-            return _moved(points, triangles, world)
+            return move_part(points, triangles, world)
         matrices = [place @ matrix for place, matrix in zip(places, inverse, strict=True)]
         owners, weights = self._skin_weights(skin, len(points))
         # joint -1 is the shape as it was bound, for points without weights, too
@@ -234,17 +234,15 @@ class _Scene(DaeDocument):
         try:
             return skin_points(points, np.stack(matrices), owners, weights), triangles
         except ValueError as exc:
-            raise InputError(f"{self.name}: has {exc}; export it again") from exc
+            raise self.shape.error(f"has {exc}; export it again") from exc
 
     def _shape(self, element: ElementTree.Element) -> tuple[FloatArray, Indices]:
-        """Points and triangles of a geometry, or of a controller that morphs one."""
+        """Return points and triangles of a geometry, or of a controller that morphs one."""
         if element.tag == "geometry":
             return self._geometry(element)
         morph = element.find("morph")
         if morph is None:
-            raise InputError(
-                f"{self.name}: a {element.tag} is neither skin nor morph; export it again"
-            )
+            raise self.shape.error(f"a {element.tag} is neither skin nor morph; export it again")
         points, triangles = self._shape(self.follow(morph, "source"))
         targets, weights = list[str](), np.zeros(0)
         for entry in morph.findall("targets/input"):
@@ -256,17 +254,17 @@ class _Scene(DaeDocument):
             elif entry.get("semantic") == "MORPH_WEIGHT":
                 weights = self.read_values(source)[0]
         if len(targets) != len(weights):
-            raise InputError(f"{self.name}: a morph has no weight for each target; export it again")
+            raise self.shape.error("a morph has no weight for each target; export it again")
         base = 1.0 if morph.get("method") == "RELATIVE" else 1.0 - float(weights.sum())
         moved = base * points
         for target, weight in zip(targets, weights, strict=True):
             if weight:
                 other = self.ids.get(target)
                 if other is None or other.tag != "geometry":
-                    raise InputError(f"{self.name}: a morph's target {target:.40} is missing")
+                    raise self.shape.error(f"a morph's target {target:.40} is missing")
                 shape = self._geometry(other)[0]
                 if len(shape) != len(points):
-                    raise InputError(f"{self.name}: a morph's target has other vertices")
+                    raise self.shape.error("a morph's target has other vertices")
                 moved = moved + weight * shape
         return moved, triangles
 
@@ -281,13 +279,11 @@ class _Scene(DaeDocument):
                 values, accessor = self.read_values(source)
                 inverse = self.read_rows(values, accessor, 16).reshape(-1, 4, 4)
         if len(names) != len(inverse):
-            raise InputError(
-                f"{self.name}: a skin has not a matrix for each joint; export it again"
-            )
+            raise self.shape.error("a skin has not a matrix for each joint; export it again")
         return names, inverse
 
     def _joint_place(self, name: str, instance: ElementTree.Element) -> FloatArray | None:
-        """World matrix of a joint: in the instance's skeletons where several have its name."""
+        """Return a joint's world matrix: in the instance's skeletons if several have its name."""
         found = self._joints.get(name, [])
         if len(found) > 1:
             roots = [
@@ -302,30 +298,27 @@ class _Scene(DaeDocument):
         return found[0][1] if found else None
 
     def _skin_weights(self, skin: ElementTree.Element, count: int) -> tuple[Indices, FloatArray]:
-        """Joints and weights (count, k) of the vertices; weight 0 where a vertex has fewer."""
+        """Return joints and weights (count, k) of vertices; weight 0 where a vertex has fewer."""
         block = skin.find("vertex_weights")
         if block is None:
-            raise InputError(f"{self.name}: a skin has no weights; export it again")
+            raise self.shape.error("a skin has no weights; export it again")
         inputs = {e.get("semantic"): e for e in block.findall("input")}
         if not {"JOINT", "WEIGHT"} <= inputs.keys():
-            raise InputError(f"{self.name}: a skin has no weights; export it again")
+            raise self.shape.error("a skin has no weights; export it again")
         at = {key: self.parse_integer(e, "offset", 0) for key, e in inputs.items()}
         stride = max(at.values()) + 1
         sizes = self.parse_numbers(block.findtext("vcount"), "a vcount", np.int64)
         flat = self.parse_numbers(block.findtext("v"), "a list of weights", np.int64)
         values = self.read_values(self.follow(inputs["WEIGHT"], "source"))[0]
         if len(sizes) != count or (sizes < 0).any() or sizes.sum() * stride != len(flat):
-            raise describe_inconsistency(
-                self.name,
+            raise self.shape.inconsistency(
                 f"a skin has weights for {len(sizes)} of {count} vertices, or not those that it "
                 "counts",
             )
         rows = flat.reshape(-1, stride)
         which = rows[:, at["WEIGHT"]]
         if len(which) and not 0 <= int(which.min()) <= int(which.max()) < len(values):
-            raise InputError(
-                f"{self.name}: a skin names a weight that there is not; export it again"
-            )
+            raise self.shape.error("a skin names a weight that there is not; export it again")
         most = max(int(sizes.max(initial=0)), 1)
         owners, weights = np.zeros((count, most), dtype=np.int64), np.zeros((count, most))
         owner = np.repeat(np.arange(count), sizes)
@@ -336,10 +329,3 @@ class _Scene(DaeDocument):
 
 
 _PRIMITIVES = frozenset({"triangles", "polylist", "polygons", "tristrips", "trifans"})
-
-
-def _moved(
-    points: FloatArray, triangles: Indices, matrix: FloatArray
-) -> tuple[FloatArray, Indices]:
-    moved = points @ matrix[:3, :3].T + matrix[:3, 3]
-    return moved, triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else triangles

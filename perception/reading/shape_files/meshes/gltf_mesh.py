@@ -1,33 +1,34 @@
 """Meshes in glTF 2.0, where its scene shows them: nodes, instances, skins and morph targets.
 
-What moves, repeats or hides geometry is applied or refused by name; materials are not read.
+What moves, repeats or hides geometry is applied or refused by name; materials are not read. A
+document of a few bytes can ask for terabytes: what it claims is compared with its bytes. Nothing is
+fetched, and no file outside the folder is opened.
 """
 
+import base64
+import binascii
+import json
+import struct
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
-from facetlog.perception.reading.shape_files.meshes.gltf_data import (
-    COMPRESSED,
-    GltfData,
-    is_compressed,
-    read_document,
-)
+from facetlog.perception.reading.shape_files.file_text import to_plain_bytes
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
-    check_triangles,
     merge_parts,
+    move_part,
+    skin_points,
 )
 from facetlog.perception.reading.shape_files.meshes.polygons import fan_triangles, strip_triangles
-from facetlog.perception.reading.shape_files.meshes.skinning import skin_points
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = ["read_gltf"]
@@ -36,6 +37,16 @@ __all__ = ["read_gltf"]
 UP = (0.0, 1.0, 0.0)
 # Section 3.7.2.1; points and lines have no surface.
 TRIANGLES, STRIP, FAN = 4, 5, 6
+GLB_MAGIC, GLB_JSON, GLB_BINARY = b"glTF", 0x4E4F534A, 0x004E4942
+# glTF 2.0, tables in 3.6.2.2: types of a component, components of an element.
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+# Extensions that keep geometry in other ways than accessors do.
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
 DRACO = "KHR_draco_mesh_compression"
 INSTANCES = "EXT_mesh_gpu_instancing"
 # Nothing of these moves, adds or removes geometry, or they are applied here. All others that a
@@ -63,55 +74,51 @@ KNOWN = frozenset(
 MATERIALS = "KHR_materials_"
 
 
-def read_gltf(path: Path, data: bytes, kind: str, limits: Limits) -> TriangleList:
+def read_gltf(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of the scene that a glTF or GLB shows, in metres, +y up.
 
     Raises InputError where it needs what is not read, or claims more than it holds.
     """
-    name = path.name
-    document, binary = read_document(path, data, kind)
+    document, binary = read_document(data, shape)
     try:
-        _check_asset(document, name)
-        scene = _Scene(GltfData(document, path, binary, limits))
+        _check_asset(document, shape)
+        scene = _Scene(GltfData(document, binary, shape))
         scene.check_size()
-        vertices, triangles = merge_parts(scene.iter_parts(), name, limits)
+        vertices, triangles = merge_parts(scene.iter_parts(), shape)
     except KeyError as exc:
-        raise InputError(
-            f"{name}: is no sound glTF (it lacks {exc!s:.40}); export it again"
-        ) from exc
+        raise shape.error(f"is no sound glTF (it lacks {exc!s:.40}); export it again") from exc
     except IndexError as exc:
-        raise InputError(
-            f"{name}: is no sound glTF (it refers to a part that is missing); export it again"
+        raise shape.error(
+            "is no sound glTF (it refers to a part that is missing); export it again"
         ) from exc
     except (AttributeError, TypeError, ValueError) as exc:
-        raise InputError(f"{name}: is no sound glTF ({exc!s:.80}); export it again") from exc
+        raise shape.error(f"is no sound glTF ({exc!s:.80}); export it again") from exc
     if not len(triangles):
-        raise NoTrianglesError(f"{name}: shows no triangles; export the mesh with its scene")
+        raise NoTrianglesError(f"{shape.name}: shows no triangles; export the mesh with its scene")
     return TriangleList(vertices, triangles, UP, 1.0, scene.warnings, scene.step)
 
 
-def _check_asset(document: dict[str, Any], name: str) -> None:
+def _check_asset(document: dict[str, Any], shape: ShapeFile) -> None:
     """Raise InputError where the document is of another version, or requires what is not read."""
     asset = document.get("asset", {})
     version = str(asset.get("minVersion", asset.get("version", "1.0")))
     if version.split(".")[0] != "2" or ("minVersion" in asset and version != "2.0"):
-        raise InputError(f"{name}: is glTF {version}, which is not read; convert it to glTF 2.0")
+        raise shape.error(f"is glTF {version}, which is not read; convert it to glTF 2.0")
     for extension in map(str, document.get("extensionsRequired", ())):
         if extension in COMPRESSED:
-            raise is_compressed(name, extension)
+            raise is_compressed(shape, extension)
         if extension not in KNOWN and not extension.startswith(MATERIALS):
-            raise InputError(
-                f"{name}: requires the extension {extension:.60}, which is not read; export it "
-                "without"
+            raise shape.error(
+                f"requires the extension {extension:.60}, which is not read; export it without"
             )
 
 
 class _Scene:
     """The nodes that a glTF shows, and their meshes."""
 
-    def __init__(self, data: GltfData) -> None:
+    def __init__(self, data: "GltfData") -> None:
         self.data = data
-        self.name = data.path.name
+        self.shape = data.shape
         self.document = data.document
         self.nodes: Sequence[dict[str, Any]] = self.document.get("nodes", ())
         self.places: dict[int, FloatArray] = {}
@@ -181,7 +188,7 @@ class _Scene:
                 corners = int(accessors[key]["count"])
                 each = corners // 3 if primitive.get("mode", TRIANGLES) == TRIANGLES else corners
                 count += each * self._count_instances(node)
-            check_triangles(count, self.name, self.data.limits)
+            self.shape.check_triangles(count)
 
     def _count_instances(self, node: dict[str, Any]) -> int:
         attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
@@ -209,7 +216,7 @@ class _Scene:
                 for matrix in self._iter_instances(node):
                     place = self.places[number] @ matrix
                     self._note_step(primitive, place)
-                    yield _moved(points, triangles, place)
+                    yield move_part(points, triangles, place)
 
     def _note_step(self, primitive: dict[str, Any], *places: FloatArray) -> None:
         """Keep how far apart neighbouring coordinates of a primitive are, at most, once moved."""
@@ -222,7 +229,7 @@ class _Scene:
     def _read_primitive(
         self, primitive: dict[str, Any], weights: Sequence[float]
     ) -> tuple[FloatArray, Indices] | None:
-        """Points and triangles of a primitive, morphed; None where it has no surface."""
+        """Return points and triangles of a primitive, morphed; None where it has no surface."""
         mode = primitive.get("mode", TRIANGLES)
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in primitive["attributes"]:
             return None
@@ -230,7 +237,7 @@ class _Scene:
         accessor = self.document["accessors"][position]
         compressed = DRACO in primitive.get("extensions", {})
         if compressed and "bufferView" not in accessor and "sparse" not in accessor:
-            raise is_compressed(self.name, DRACO)
+            raise is_compressed(self.shape, DRACO)
         if accessor["type"] != "VEC3":
             raise ValueError("positions that are no VEC3")
         points = self.data.read(position)
@@ -242,19 +249,17 @@ class _Scene:
         else:
             corners = np.arange(len(points))
         if len(corners) and int(corners.max()) >= len(points):
-            raise describe_inconsistency(
-                self.name, f"a face names vertex {corners.max()} of {len(points)}"
-            )
+            raise self.shape.inconsistency(f"a face names vertex {corners.max()} of {len(points)}")
         if mode == TRIANGLES:
             if len(corners) % 3:
-                raise describe_inconsistency(
-                    self.name, f"has triangles of {len(corners)} corners, no multiple of three"
+                raise self.shape.inconsistency(
+                    f"has triangles of {len(corners)} corners, no multiple of three"
                 )
             return points, corners.reshape(-1, 3)
         return points, strip_triangles(corners) if mode == STRIP else fan_triangles(corners)
 
     def _iter_instances(self, node: dict[str, Any]) -> Iterator[FloatArray]:
-        """Matrices of a node's instances in its frame; itself where it has none."""
+        """Yield matrices of a node's instances in its frame; the identity where it has none."""
         attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
         held = {
             key: self.data.read(attributes[key])
@@ -309,11 +314,151 @@ def _compose(
     return matrix
 
 
-def _moved(
-    points: FloatArray, triangles: Indices, matrix: FloatArray
-) -> tuple[FloatArray, Indices]:
-    if np.array_equal(matrix, np.eye(4)):
-        return points, triangles
-    moved = points @ matrix[:3, :3].T + matrix[:3, 3]
-    mirrored = np.linalg.det(matrix[:3, :3]) < 0.0
-    return moved, triangles[:, ::-1] if mirrored else triangles
+def read_document(data: bytes, shape: ShapeFile) -> tuple[dict[str, Any], bytes | None]:
+    """Return the JSON of a glTF, and the binary chunk of a GLB (None where there is none)."""
+    binary = None
+    chunks = data[:4] == GLB_MAGIC
+    if chunks:
+        data, binary = _read_chunks(data, shape)
+    text = to_plain_bytes(data).lstrip()
+    if not text.startswith(b"{"):
+        what = "GLB header" if shape.path.suffix.lower() == ".glb" and not chunks else "JSON object"
+        shown = text[:30].decode("utf-8", "replace").partition("\n")[0]
+        begins = f", it begins with {shown}" if shown.isprintable() and shown else ""
+        raise shape.error(f"has no {what}{begins}; export the mesh again")
+    try:
+        document: dict[str, Any] = json.loads(text)
+    except (ValueError, RecursionError) as exc:
+        raise shape.error(
+            f"is no glTF, its JSON is truncated or damaged ({exc!s:.80}); export it again"
+        ) from exc
+    return document, binary
+
+
+def is_compressed(shape: ShapeFile, extension: str) -> InputError:
+    """Return the error of geometry that is kept by an extension of `COMPRESSED`."""
+    return shape.error(
+        f"is compressed with {COMPRESSED[extension]} ({extension}); export it without compression"
+    )
+
+
+def _read_chunks(data: bytes, shape: ShapeFile) -> tuple[bytes, bytes | None]:
+    if len(data) < 20:
+        raise shape.truncation("ends within its GLB header")
+    version, total, length, chunk = struct.unpack("<4xIIII", data[:20])
+    if version != 2:
+        raise shape.error(f"is glTF {version}.0, which is not read; convert it to glTF 2.0")
+    if total > len(data) or 20 + length > len(data) or chunk != GLB_JSON:
+        raise shape.false_claim(f"{max(total, 20 + length)} bytes")
+    place, binary = 20 + length, None
+    while place + 8 <= total and binary is None:
+        size, chunk = struct.unpack("<II", data[place : place + 8])
+        if place + 8 + size > total:
+            raise shape.false_claim(f"a chunk of {size} bytes")
+        if chunk == GLB_BINARY:
+            binary = data[place + 8 : place + 8 + size]
+        place += 8 + size
+    return data[20 : 20 + length], binary
+
+
+@dataclass(slots=True)
+class GltfData:
+    """The numbers that a glTF's accessors hold."""
+
+    document: dict[str, Any]
+    binary: bytes | None
+    shape: ShapeFile
+    _buffers: dict[int, bytes] = field(default_factory=dict)
+    _zeros: int = 0
+
+    def read(self, index: int) -> FloatArray:
+        """Return the elements (count, width) of an accessor; normalised integers as -1 to 1."""
+        accessor = self.document["accessors"][index]
+        count, width = accessor["count"], WIDTHS[accessor["type"]]
+        component = np.dtype(COMPONENTS[accessor["componentType"]])
+        if not isinstance(count, int) or count < 0:
+            raise ValueError(f"an accessor of {count} elements")
+        if "bufferView" in accessor:
+            raw = self._elements(accessor, count, width, component).astype(np.float64)
+        else:
+            # zeros (3.6.2.1), with `sparse` all but a few
+            self._zeros += count
+            if self._zeros > 3 * self.shape.limits.triangles:
+                raise self.shape.false_claim(f"{count} values in 0 bytes")
+            raw = np.zeros((count, width))
+        if "sparse" in accessor:
+            self._replace_sparse(raw, accessor["sparse"], width, component)
+        if accessor.get("normalized") and component.kind in "iu":
+            # 3.6.2.2: f = max(c / 127, -1) and the like
+            raw = np.maximum(raw / np.iinfo(component).max, -1.0)
+        return raw
+
+    def step(self, index: int) -> float:
+        """Return the distance of neighbouring values of an accessor; 0 where they are floats."""
+        accessor = self.document["accessors"][index]
+        component = np.dtype(COMPONENTS[accessor["componentType"]])
+        if component.kind not in "iu":
+            return 0.0
+        return 1.0 / float(np.iinfo(component).max) if accessor.get("normalized") else 1.0
+
+    def _replace_sparse(
+        self, raw: FloatArray, sparse: dict[str, Any], width: int, component: np.dtype[Any]
+    ) -> None:
+        count = sparse["count"]
+        kind = np.dtype(COMPONENTS[sparse["indices"]["componentType"]])
+        at = self._elements(sparse["indices"], count, 1, kind).astype(np.int64).ravel()
+        raw[at] = self._elements(sparse["values"], count, width, component)
+
+    def _elements(
+        self, part: dict[str, Any], count: int, width: int, component: np.dtype[Any]
+    ) -> np.ndarray[Any, Any]:
+        view = self.document["bufferViews"][part["bufferView"]]
+        data = self._view_bytes(view)
+        start, element = part.get("byteOffset", 0), width * component.itemsize
+        stride = view.get("byteStride", element) or element
+        if count and (start < 0 or start + stride * (count - 1) + element > len(data)):
+            raise self.shape.false_claim(f"{count} values in {len(data)} bytes")
+        if count == 0:
+            return np.zeros((0, width), dtype=component)
+        return np.ndarray((count, width), component, data, start, (stride, component.itemsize))
+
+    def _view_bytes(self, view: dict[str, Any]) -> memoryview:
+        index, start, length = view["buffer"], view.get("byteOffset", 0), view["byteLength"]
+        try:
+            buffer = self._buffer(index)
+        except InputError:
+            compressed = [key for key in COMPRESSED if key in view.get("extensions", {})]
+            if not compressed:
+                raise
+            raise is_compressed(self.shape, compressed[0]) from None
+        if start < 0 or length < 0 or start + length > len(buffer):
+            raise self.shape.false_claim(f"a view of {length} bytes")
+        return memoryview(buffer)[start : start + length]
+
+    def _buffer(self, index: int) -> bytes:
+        if index not in self._buffers:
+            self._buffers[index] = self._load_buffer(self.document["buffers"][index], index)
+        return self._buffers[index]
+
+    def _load_buffer(self, buffer: dict[str, Any], index: int) -> bytes:
+        shape, uri = self.shape, buffer.get("uri")
+        if uri is None:
+            if self.binary is None or index != 0:
+                raise shape.error(f"buffer {index} has no data; export the mesh again")
+            return self.binary
+        if uri.startswith("data:"):
+            try:
+                return base64.b64decode(unquote(uri.partition(",")[2]), validate=True)
+            except binascii.Error as exc:
+                raise shape.error("has a damaged buffer; export it again") from exc
+        folder = shape.path.resolve().parent
+        target = (folder / unquote(uri)).resolve()
+        if "://" in uri or not target.is_relative_to(folder):
+            raise shape.error(f"points outside its folder ({uri[:80]}); put the data beside it")
+        if target.exists() and not target.is_file():
+            raise shape.error(f"{uri[:80]} is no regular file; put the data itself there")
+        if not target.is_file():
+            raise shape.error(f"{uri[:80]} is missing; put it beside the glTF")
+        if target.stat().st_size > self.shape.limits.size_bytes:
+            raise shape.error(f"{uri[:80]} is too large; reduce the mesh")
+        return target.read_bytes()

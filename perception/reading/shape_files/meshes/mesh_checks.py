@@ -1,46 +1,28 @@
-"""What readers of mesh files share: limits, refusals, and the triangles that they return."""
+"""Triangles as readers of mesh files return them, and how their parts are cut, moved and merged."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
 from facetlog.perception.reading.shape_files.meshes.polygons import triangulate
-from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 from facetlog.perception.types import FloatArray
 
 __all__ = [
-    "DEFAULT_LIMITS",
-    "Limits",
     "NoTrianglesError",
     "TriangleList",
-    "check_file",
-    "check_triangles",
     "cut_polygons",
     "merge_parts",
+    "move_part",
+    "skin_points",
 ]
-
-# Four times the 5 million triangles that must work: a binary STL of them has 1 GB.
-MAX_TRIANGLES = 20_000_000
-MAX_BYTES = 4 << 30
 
 
 class NoTrianglesError(InputError):
     """The file is sound and has no faces: it may be a point cloud."""
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What is refused: files of more `size_bytes`, meshes of more `triangles`."""
-
-    size_bytes: int = MAX_BYTES
-    triangles: int = MAX_TRIANGLES
-
-
-DEFAULT_LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,52 +42,21 @@ class TriangleList:
 
 
 def cut_polygons(
-    points: FloatArray, corners: Indices, sizes: Indices, name: str, limits: Limits
+    points: FloatArray, corners: Indices, sizes: Indices, shape: ShapeFile
 ) -> TriangleList:
     """Return polygons as triangles.
 
     Raises InputError where there are too many, or no polygon has three corners.
     """
-    check_triangles(int(np.maximum(sizes - 2, 0).sum()), name, limits)
+    shape.check_triangles(int(np.maximum(sizes - 2, 0).sum()))
     cut = triangulate(points, corners, sizes)
     if not len(cut.triangles):
-        raise InputError(f"{name}: no face has three corners; export the mesh again")
+        raise shape.error("no face has three corners; export the mesh again")
     return TriangleList(points, cut.triangles, warnings=cut.warnings)
 
 
-def check_file(path: Path, limits: Limits = DEFAULT_LIMITS) -> str:
-    """Return the kind of a mesh file: its suffix in lower case, without the dot.
-
-    Raises InputError where the file is missing, empty, too large or of no known kind.
-    """
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise InputError(f"{path.name}: is no mesh file; give one of {', '.join(MESH_SUFFIXES)}")
-    try:
-        size = path.stat().st_size
-    except OSError as exc:
-        raise InputError(f"{path.name}: cannot be read ({exc.strerror}); check the path") from exc
-    if not path.is_file():
-        raise InputError(f"{path.name}: is no file; give a mesh file")
-    if size == 0:
-        raise InputError(f"{path.name}: is empty; export the mesh again")
-    if size > limits.size_bytes:
-        raise InputError(
-            f"{path.name}: has {size} bytes, more than {limits.size_bytes}; reduce the mesh"
-        )
-    return suffix.removeprefix(".")
-
-
-def check_triangles(count: int, name: str, limits: Limits) -> None:
-    """Raise InputError where a file has more triangles than the limit."""
-    if count > limits.triangles:
-        raise InputError(
-            f"{name}: has more than {limits.triangles} triangles; reduce or split the mesh"
-        )
-
-
 def merge_parts(
-    parts: Iterable[tuple[FloatArray, Indices]], name: str, limits: Limits
+    parts: Iterable[tuple[FloatArray, Indices]], shape: ShapeFile
 ) -> tuple[FloatArray, Indices]:
     """Return one list of vertices (n, 3) and triangles (m, 3); refused above the limit."""
     vertices: list[FloatArray] = [np.zeros((0, 3))]
@@ -113,9 +64,43 @@ def merge_parts(
     count, start = 0, 0
     for points, corners in parts:
         count += len(corners)
-        check_triangles(count, name, limits)
+        shape.check_triangles(count)
         vertices.append(points)
         # missing corners stay missing
         triangles.append(np.where((corners >= 0) & (corners < len(points)), corners + start, -1))
         start += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def move_part(
+    points: FloatArray, triangles: Indices, matrix: FloatArray
+) -> tuple[FloatArray, Indices]:
+    """Return points and triangles moved by a matrix (4, 4); a mirror turns no triangle over."""
+    if np.array_equal(matrix, np.eye(4)):
+        return points, triangles
+    moved = points @ matrix[:3, :3].T + matrix[:3, 3]
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0.0
+    return moved, triangles[:, ::-1] if mirrored else triangles
+
+
+def skin_points(
+    points: FloatArray, matrices: FloatArray, owners: Indices, weights: FloatArray
+) -> FloatArray:
+    """Return points (n, 3) moved by their joints (j, 4, 4): Σ w_k M_k p, weights normalised to 1.
+
+    `owners` (n, k) are each point's joints, `weights` (n, k) their shares. Raises ValueError for a
+    joint that there is not, and for points that hang on none.
+    """
+    total = weights.sum(axis=1, keepdims=True)
+    used = weights != 0.0
+    if not (len(owners) == len(weights) == len(points)) or not (total > 0.0).all():
+        raise ValueError("a skin without weights for each vertex")
+    if (owners[used] < 0).any() or (owners[used] >= len(matrices)).any():
+        raise ValueError("a skin with a missing joint")
+    moved = np.zeros_like(points)
+    for k in range(owners.shape[1]):
+        on = np.flatnonzero(used[:, k])
+        matrix = matrices[owners[on, k]]
+        placed = np.einsum("nij,nj->ni", matrix[:, :3, :3], points[on]) + matrix[:, :3, 3]
+        moved[on] += (weights[on, k] / total[on, 0])[:, None] * placed
+    return moved

@@ -6,7 +6,6 @@ Headers are not trusted, nothing is fetched, and no file outside the mesh's own 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,17 +16,16 @@ from facetlog.perception.reading.shape_files.coordinate_resolution import check_
 from facetlog.perception.reading.shape_files.meshes.dae_mesh import read_dae
 from facetlog.perception.reading.shape_files.meshes.gltf_mesh import read_gltf
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    DEFAULT_LIMITS,
-    Limits,
     NoTrianglesError,
     TriangleList,
-    check_file,
 )
 from facetlog.perception.reading.shape_files.meshes.obj_mesh import read_obj
 from facetlog.perception.reading.shape_files.meshes.off_mesh import read_off
 from facetlog.perception.reading.shape_files.meshes.ply_mesh import read_ply
 from facetlog.perception.reading.shape_files.meshes.polygons import is_sound
 from facetlog.perception.reading.shape_files.meshes.stl_mesh import read_stl
+from facetlog.perception.reading.shape_files.shape_file import DEFAULT_LIMITS, Limits, ShapeFile
+from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Limits", "Mesh", "NoTrianglesError", "read_mesh"]
@@ -63,7 +61,8 @@ class Mesh:
         warnings: tuple[str, ...] = (),
         step: float = 0.0,
     ) -> "Mesh":
-        """A mesh of any arrays; triangles with corners that are not finite or missing are dropped.
+        """Make a mesh of any arrays; triangles with corners that are not finite or missing are
+        dropped.
 
         Raises InputError where no triangle is left.
         """
@@ -94,45 +93,43 @@ class Mesh:
         )
 
 
-_READERS: Mapping[str, Callable[[bytes, str, Limits], TriangleList]] = MappingProxyType(
-    {"dae": read_dae, "obj": read_obj, "off": read_off, "ply": read_ply, "stl": read_stl}
-)
+_READERS: Mapping[str, Callable[[bytes, ShapeFile], TriangleList]] = {
+    ".dae": read_dae,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".obj": read_obj,
+    ".off": read_off,
+    ".ply": read_ply,
+    ".stl": read_stl,
+}
 
 
 def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
-    """The mesh of a file, its kind by the suffix; scenes of several parts become one mesh.
+    """Return the mesh of a file, its kind by the suffix; scenes of several parts become one mesh.
 
     Raises NoTrianglesError where a sound file has no faces (a cloud), InputError where it is
     missing, empty, damaged, beyond the limits, or of another kind.
     """
-    kind = check_file(path, limits)
-    name = path.name
+    shape, suffix = ShapeFile(path, "mesh", limits), path.suffix.lower()
+    if suffix not in _READERS:
+        raise shape.error(f"is no mesh file; give one of {', '.join(MESH_SUFFIXES)}")
     try:
-        data = path.read_bytes()
-        with np.errstate(all="ignore"):  # what is not finite is left out below
-            if kind in ("glb", "gltf"):
-                found = read_gltf(path, data, kind, limits)
-            else:
-                found = _READERS[kind](data, name, limits)
+        # what is not finite is left out below
+        with shape.translate_errors(), np.errstate(all="ignore"):
+            shape.check_size()
+            found = _READERS[suffix](path.read_bytes(), shape)
             mesh = Mesh.of(
                 found.vertices,
                 found.triangles,
-                name=name,
+                name=shape.name,
                 up=found.up,
                 unit_metres=found.unit_metres,
                 warnings=found.warnings,
                 step=found.step,
             )
-    except InputError:
-        raise
-    except OSError as exc:
-        raise InputError(f"{name}: cannot be read ({exc.strerror}); check the path") from exc
-    except MemoryError as exc:
-        raise InputError(f"{name}: does not fit into memory; reduce the mesh") from exc
     except (ArithmeticError, LookupError, TypeError, ValueError) as exc:
-        raise InputError(
-            f"{name}: cannot be read as {kind.upper()} ({exc!r:.80}); it is damaged: export it "
-            "again"
+        raise shape.error(
+            f"cannot be read as {suffix[1:].upper()} ({exc!r:.80}); it is damaged: export it again"
         ) from exc
-    check_resolution(mesh.vertices, name)
+    check_resolution(mesh.vertices, shape.name)
     return mesh

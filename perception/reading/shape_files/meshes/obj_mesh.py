@@ -6,13 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import (
-    describe_inconsistency,
-    describe_truncation,
-    quote_line,
-)
 from facetlog.perception.reading.shape_files.file_text import (
     parse_numbers,
     parse_rows,
@@ -20,11 +14,11 @@ from facetlog.perception.reading.shape_files.file_text import (
     without_comments,
 )
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
     cut_polygons,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
 __all__ = ["read_obj"]
 
@@ -38,14 +32,14 @@ LEAST_LEFT = 4
 LEAST_LEFT_SHARE = 0.01
 
 
-def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
+def read_obj(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an OBJ.
 
     Raises InputError with the line of a vertex or face that is none.
     """
     text = to_plain_bytes(data)
     if b"\0" in text:
-        raise InputError(f"{name}: is no text, so no OBJ; export the mesh again")
+        raise shape.error("is no text, so no OBJ; export the mesh again")
     vertices, faces = list[bytes](), list[bytes]()
     vertex_lines, face_lines, before = list[int](), list[int](), list[int]()
     free_form = drawn = False
@@ -75,17 +69,17 @@ def read_obj(data: bytes, name: str, limits: Limits) -> TriangleList:
                 free_form |= word in FREE_FORM
                 drawn |= word in LINES_AND_POINTS
     if not faces and free_form:
-        raise InputError(f"{name}: has free-form surfaces only; export it as polygons")
+        raise shape.error("has free-form surfaces only; export it as polygons")
     if not faces and not vertices:
-        raise InputError(f"{name}: has neither vertices nor faces, so it is no OBJ with a surface")
+        raise shape.error("has neither vertices nor faces, so it is no OBJ with a surface")
     if not faces:
-        raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
-    points = parse_rows(_without_comments(vertices), 3, vertex_lines, name, "vertex")
-    corners, sizes = _parse_faces(_without_comments(faces), face_lines, name)
+        raise NoTrianglesError(f"{shape.name}: has no faces; give a mesh, or read it as a cloud")
+    points = parse_rows(_without_comments(vertices), 3, vertex_lines, shape, "vertex")
+    corners, sizes = _parse_faces(_without_comments(faces), face_lines, shape)
     if sizes[-1] < 3 and not text.endswith(b"\n") and text.endswith(faces[-1]):
-        raise describe_truncation(name, "ends within a face")
-    corners = _to_absolute(corners, sizes, before, face_lines, len(points), name)
-    found = cut_polygons(points, corners, sizes, name, limits)
+        raise shape.truncation("ends within a face")
+    corners = _to_absolute(corners, sizes, before, face_lines, len(points), shape)
+    found = cut_polygons(points, corners, sizes, shape)
     if not free_form:
         said = () if drawn else _warn_of_cut(corners, len(points))
         return replace(found, warnings=(*found.warnings, *said))
@@ -106,7 +100,9 @@ def _warn_of_cut(corners: Indices, count: int) -> tuple[str, ...]:
 
 
 def _logical_lines(text: bytes) -> Iterator[tuple[int, bytes]]:
-    r"""Lines by the number of their first, those that end in \ with the next; comments never do."""
+    r"""Yield lines by the number of their first, those that end in \ with the next; comments never
+    do.
+    """
     if b"\\" not in text:
         yield from enumerate(text.split(b"\n"), 1)
         return
@@ -127,8 +123,10 @@ def _without_comments(rows: Sequence[bytes]) -> Sequence[bytes]:
     return without_comments(b"\n".join(rows)).split(b"\n")
 
 
-def _parse_faces(rows: Sequence[bytes], lines: Sequence[int], name: str) -> tuple[Indices, Indices]:
-    """The vertices of all corners as they are written, and how many corners each face has."""
+def _parse_faces(
+    rows: Sequence[bytes], lines: Sequence[int], shape: ShapeFile
+) -> tuple[Indices, Indices]:
+    """Return the vertices of all corners as written, and how many corners each face has."""
     text = b"\n".join(rows)
     if b"/" in text:
         text = OTHER_INDICES.sub(b"", text)
@@ -139,10 +137,10 @@ def _parse_faces(rows: Sequence[bytes], lines: Sequence[int], name: str) -> tupl
         for number, row in zip(lines, rows, strict=True):
             found = parse_numbers(row, np.int64)
             if found is None or len(found) != len(row.split()):
-                raise InputError(
-                    f"{quote_line(name, number, b'f ' + row)}: is no face; export the mesh again"
+                raise shape.error(
+                    f"{quote_line(number, b'f ' + row)}: is no face; export the mesh again"
                 )
-        raise InputError(f"{name}: has faces that are none; export the mesh again")
+        raise shape.error("has faces that are none; export the mesh again")
     return np.asarray(corners, dtype=np.int64), sizes
 
 
@@ -152,9 +150,9 @@ def _to_absolute(
     before: Sequence[int],
     lines: Sequence[int],
     count: int,
-    name: str,
+    shape: ShapeFile,
 ) -> Indices:
-    """Corners from 0, of those from 1, or counted back from the `before` vertices so far."""
+    """Return corners counted from 0; files count from 1, or back from the vertices so far."""
     so_far = np.repeat(np.asarray(before, dtype=np.int64), sizes)
     found = np.where(corners > 0, corners - 1, so_far + corners)
     wrong = np.flatnonzero((corners == 0) | (found < 0) | (found >= count))
@@ -163,9 +161,9 @@ def _to_absolute(
     at = int(wrong[0])
     value = int(corners[at])
     line = lines[int(np.searchsorted(np.cumsum(sizes), at, side="right"))]
-    place = f"{name}: line {line}: vertex {value}"
+    place = f"line {line}: vertex {value}"
     if value == 0:
-        raise InputError(f"{place}: indices of an OBJ begin at 1; export the mesh again")
+        raise shape.error(f"{place}: indices of an OBJ begin at 1; export the mesh again")
     if value < 0:
-        raise InputError(f"{place}: there are {so_far[at]} before it; export the mesh again")
-    raise describe_inconsistency(place, f"there are {count}")
+        raise shape.error(f"{place}: there are {so_far[at]} before it; export the mesh again")
+    raise shape.inconsistency(f"{place}: there are {count}")

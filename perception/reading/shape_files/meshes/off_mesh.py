@@ -5,13 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import (
-    describe_claim,
-    describe_inconsistency,
-    quote_line,
-)
 from facetlog.perception.reading.shape_files.file_text import (
     parse_numbers,
     parse_rows,
@@ -19,12 +13,11 @@ from facetlog.perception.reading.shape_files.file_text import (
     without_comments,
 )
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
-    check_triangles,
     cut_polygons,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
 __all__ = ["read_off"]
 
@@ -34,49 +27,49 @@ KEYWORD = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)(?:\s+(BINARY))?(?=[\
 LEAST_TEXT_BYTES = 2
 
 
-def read_off(data: bytes, name: str, limits: Limits) -> TriangleList:
+def read_off(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an OFF.
 
     Raises InputError where its rows are fewer or more than its counts, or are none.
     """
     keyword = KEYWORD.match(data[:200])
     if keyword is not None and keyword[6]:
-        raise InputError(f"{name}: is a binary OFF, which is not read; export it as text or PLY")
+        raise shape.error("is a binary OFF, which is not read; export it as text or PLY")
     text = without_comments(to_plain_bytes(data))
     keyword = KEYWORD.match(text)
     if keyword is not None and (keyword[4] or keyword[5]):
-        raise InputError(f"{name}: is a mesh in four or more dimensions; export it in three")
+        raise shape.error("is a mesh in four or more dimensions; export it in three")
     # blank where the keyword was, so that lines keep their numbers
     rest = text if keyword is None else re.sub(rb"\S", b" ", keyword[0]) + text[keyword.end() :]
     rows = [(number, row) for number, row in enumerate(rest.split(b"\n"), 1) if row.strip()]
     counts = parse_numbers(rows[0][1], np.int64) if rows else None
     if counts is None or not 2 <= len(counts) <= 3 or (counts < 0).any():
-        raise InputError(f"{name}: has no OFF header with counts; export the mesh again")
+        raise shape.error("has no OFF header with counts; export the mesh again")
     vertices, faces = int(counts[0]), int(counts[1])
     claim = f"{vertices} vertices and {faces} faces"
     if LEAST_TEXT_BYTES * (3 * vertices + faces) > len(text) + LEAST_TEXT_BYTES:
-        raise describe_claim(name, claim)
+        raise shape.false_claim(claim)
     if faces == 0:
-        raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
-    check_triangles(faces, name, limits)
+        raise NoTrianglesError(f"{shape.name}: has no faces; give a mesh, or read it as a cloud")
+    shape.check_triangles(faces)
     rows = rows[1:]
     if len(rows) < vertices + faces:
-        return _read_words(b" ".join(row for _, row in rows), vertices, faces, name, limits)
+        return _read_words(b" ".join(row for _, row in rows), vertices, faces, shape)
     if len(rows) > vertices + faces:
         more = len(rows) - vertices - faces
-        raise describe_inconsistency(
-            name, f"line {rows[vertices + faces][0]}: {more} more rows than its {claim}"
+        raise shape.inconsistency(
+            f"line {rows[vertices + faces][0]}: {more} more rows than its {claim}"
         )
     points = parse_rows(
-        [row for _, row in rows[:vertices]], 3, [at for at, _ in rows[:vertices]], name, "vertex"
+        [row for _, row in rows[:vertices]], 3, [at for at, _ in rows[:vertices]], shape, "vertex"
     )
-    return cut_polygons(points, *_parse_faces(rows[vertices:], vertices, name), name, limits)
+    return cut_polygons(points, *_parse_faces(rows[vertices:], vertices, shape), shape)
 
 
 def _parse_faces(
-    rows: Sequence[tuple[int, bytes]], vertices: int, name: str
+    rows: Sequence[tuple[int, bytes]], vertices: int, shape: ShapeFile
 ) -> tuple[Indices, Indices]:
-    """Corners and sizes of faces: a count, as many vertices, perhaps a colour."""
+    """Return corners and sizes of faces: a count, as many vertices, perhaps a colour."""
     split = [row.split() for _, row in rows]
     sizes = parse_numbers(b" ".join(words[0] for words in split), np.int64)
     if sizes is not None and len(sizes) == len(rows):
@@ -93,18 +86,18 @@ def _parse_faces(
         found = parse_numbers(b" ".join(words[:1]), np.int64)
         size = -1 if found is None else int(found[0])
         corners = None if size <= 0 else parse_numbers(b" ".join(words[1 : 1 + size]), np.int64)
-        place = quote_line(name, number, row)
+        place = quote_line(number, row)
         if corners is None or len(corners) != size:
-            raise describe_inconsistency(place, "is no face")
+            raise shape.inconsistency(f"{place}: is no face")
         if ((corners < 0) | (corners >= vertices)).any():
-            raise describe_inconsistency(place, f"names a vertex beyond 0 to {vertices - 1}")
-    raise InputError(f"{name}: has faces that are none; export the mesh again")
+            raise shape.inconsistency(f"{place}: names a vertex beyond 0 to {vertices - 1}")
+    raise shape.error("has faces that are none; export the mesh again")
 
 
-def _read_words(text: bytes, vertices: int, faces: int, name: str, limits: Limits) -> TriangleList:
-    """Of an OFF with other lines than one a row: plain vertices, and faces without colours."""
+def _read_words(text: bytes, vertices: int, faces: int, shape: ShapeFile) -> TriangleList:
+    """Read an OFF with other lines than one a row: plain vertices, and faces without colours."""
     numbers = parse_numbers(text)
-    cut = describe_claim(name, f"{vertices} vertices and {faces} faces")
+    cut = shape.false_claim(f"{vertices} vertices and {faces} faces")
     if numbers is None or len(numbers) < 3 * vertices:
         raise cut
     points, words = numbers[: 3 * vertices].reshape(-1, 3), numbers[3 * vertices :].astype(np.int64)
@@ -119,4 +112,4 @@ def _read_words(text: bytes, vertices: int, faces: int, name: str, limits: Limit
     corners = words[np.concatenate(places)]
     if ((corners < 0) | (corners >= vertices)).any():
         raise cut
-    return cut_polygons(points, corners, np.array(sizes), name, limits)
+    return cut_polygons(points, corners, np.array(sizes), shape)

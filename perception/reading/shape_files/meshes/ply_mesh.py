@@ -5,14 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from facetlog.errors import InputError
 from facetlog.perception.ragged import Indices
-from facetlog.perception.reading.shape_files.file_damage import describe_inconsistency
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
-    check_triangles,
     cut_polygons,
 )
 from facetlog.perception.reading.shape_files.meshes.polygons import strip_triangles
@@ -21,6 +17,7 @@ from facetlog.perception.reading.shape_files.ply_rows import (
     parse_ply_header,
     read_ply_rows,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile
 
 __all__ = ["read_ply"]
 
@@ -28,49 +25,49 @@ __all__ = ["read_ply"]
 CORNERS = ("vertex_indices", "vertex_index")
 
 
-def read_ply(data: bytes, name: str, limits: Limits) -> TriangleList:
+def read_ply(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of a PLY.
 
     Raises NoTrianglesError for a PLY without faces, InputError where it ends before its last row
     or has more rows than its header counts.
     """
-    header = parse_ply_header(data, name)
+    header = parse_ply_header(data, shape)
     if not header.count("face") and not header.count("tristrips"):
-        raise NoTrianglesError(f"{name}: has no faces; read it as a cloud, or export the faces too")
-    check_triangles(header.count("face"), name, limits)
-    rows, warnings = read_ply_rows(header, name)
+        raise NoTrianglesError(
+            f"{shape.name}: has no faces; read it as a cloud, or export the faces too"
+        )
+    shape.check_triangles(header.count("face"))
+    rows, warnings = read_ply_rows(header, shape)
     if "vertex" not in rows:
-        raise InputError(f"{name}: has no vertices; export the mesh again")
+        raise shape.error("has no vertices; export the mesh again")
     points = rows["vertex"].stack_numbers("xyz")
     if points is None:
-        raise InputError(f"{name}: its vertices have no x, y and z; export the mesh again")
-    corners, sizes = _read_corners(rows.get("face"), name)
+        raise shape.error("its vertices have no x, y and z; export the mesh again")
+    corners, sizes = _read_corners(rows.get("face"), shape)
     if (sizes < 2).any():
         row = int(np.flatnonzero(sizes < 2)[0])
-        raise describe_inconsistency(name, f"face {row} has {sizes[row]} corners")
-    flat, lengths = _read_corners(rows.get("tristrips"), name)
+        raise shape.inconsistency(f"face {row} has {sizes[row]} corners")
+    flat, lengths = _read_corners(rows.get("tristrips"), shape)
     stripped = _strip_corners(np.split(flat, np.cumsum(lengths)[:-1]))
     corners = np.concatenate((corners, stripped.ravel()))
     sizes = np.concatenate((sizes, np.full(len(stripped), 3)))
     beyond = np.flatnonzero((corners < 0) | (corners >= len(points)))
     if len(beyond):
-        raise describe_inconsistency(
-            name,
+        raise shape.inconsistency(
             f"a face names vertex {corners[beyond[0]]}, its vertices are 0 to {len(points) - 1}",
         )
-    found = cut_polygons(points, corners, sizes, name, limits)
+    found = cut_polygons(points, corners, sizes, shape)
     return replace(found, warnings=(*found.warnings, *warnings))
 
 
-def _read_corners(rows: PlyRows | None, name: str) -> tuple[Indices, Indices]:
+def _read_corners(rows: PlyRows | None, shape: ShapeFile) -> tuple[Indices, Indices]:
     """Return the vertices of all rows, -1 for what is no index, and how many each row has."""
     if rows is None or rows.element.count == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     lists = rows.read_lists(CORNERS)
     if lists is None:
-        raise InputError(
-            f"{name}: its {rows.element.name} rows have no list vertex_indices; export the mesh "
-            "again"
+        raise shape.error(
+            f"its {rows.element.name} rows have no list vertex_indices; export the mesh again"
         )
     values, lengths = lists
     with np.errstate(invalid="ignore"):
@@ -79,7 +76,7 @@ def _read_corners(rows: PlyRows | None, name: str) -> tuple[Indices, Indices]:
 
 
 def _strip_corners(strips: Sequence[Indices]) -> Indices:
-    """Triangles (m, 3) of strips, which -1 cuts into several."""
+    """Return triangles (m, 3) of strips, which -1 cuts into several."""
     pieces = [
         strip_triangles(piece[piece >= 0])
         for strip in strips

@@ -78,7 +78,7 @@ class Triangulation:
 
 
 def is_sound(points: FloatArray) -> NDArray[np.bool_]:
-    """Which points (n, 3) are finite, and so small that volumes do not overflow."""
+    """Return which points (n, 3) are finite, and so small that volumes do not overflow."""
     with np.errstate(invalid="ignore"):
         sound: NDArray[np.bool_] = np.all(np.abs(points) < HUGE, axis=1)
     return sound
@@ -126,7 +126,7 @@ def triangulate(points: FloatArray, corners: Indices, sizes: Indices) -> Triangu
 
 
 def _blocks_of_one_size(sizes: Indices) -> Iterator[Indices]:
-    """Rows of polygons with as many corners each, never more corners than fit into memory."""
+    """Yield rows of polygons with as many corners each, never more corners than fit into memory."""
     order = np.argsort(sizes, kind="stable")
     order = order[sizes[order] >= 3]
     for rows in np.split(order, np.flatnonzero(np.diff(sizes[order])) + 1):
@@ -150,8 +150,8 @@ def triangulate_rings(points: FloatArray, rings: Sequence[Indices]) -> Triangula
 
 
 def _fan_starts(rings: FloatArray) -> Indices:
-    """Which corner of each polygon (m, n, 3) sees all others without a straight angle beside it:
-    of several the one nearest to their middle; -1 where no fan is right.
+    """Return which corner of each polygon (m, n, 3) sees all others without a straight angle beside
+    it: of several the one nearest to their middle; -1 where no fan is right.
     """
     if rings.shape[1] == 3:
         return np.zeros(len(rings), dtype=np.int64)
@@ -179,7 +179,9 @@ def _fan_starts(rings: FloatArray) -> Indices:
 
 
 def _area_vectors(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit normals (m, 3) and areas (m,) of rings (m, n, 3): Newell's method, about the middle."""
+    """Return unit normals (m, 3) and areas (m,) of rings (m, n, 3): Newell's method, about the
+    middle.
+    """
     about = rings - rings.mean(axis=1, keepdims=True)
     following = np.roll(about, -1, axis=1)
     summed = cross(about, following).sum(axis=1)
@@ -193,13 +195,13 @@ def _distances_to_middle(rings: FloatArray) -> FloatArray:
 
 
 def _begin_at(rings: Indices, first: Indices) -> Indices:
-    """Rings (m, n) turned round so that each begins with its corner `first` (m,)."""
+    """Return rings (m, n) turned round so that each begins with its corner `first` (m,)."""
     columns = (np.arange(rings.shape[1]) + first[:, None]) % rings.shape[1]
     return np.take_along_axis(rings, columns, axis=1)
 
 
 def _clip_ears(points: FloatArray, rings: Sequence[Indices]) -> tuple[Indices, bool]:
-    """Triangles (m, 3) of one polygon by its rings, and whether it crosses itself."""
+    """Return triangles (m, 3) of one polygon by its rings, and whether it crosses itself."""
     outline = points[rings[0]]
     normals, areas = _area_vectors(outline[None])
     normal, area = normals[0], float(areas[0])

@@ -6,20 +6,13 @@ import struct
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.file_damage import (
-    describe_claim,
-    describe_inconsistency,
-    describe_truncation,
-    quote_line,
-)
 from facetlog.perception.reading.shape_files.file_text import parse_rows, to_plain_bytes
 from facetlog.perception.reading.shape_files.meshes.mesh_checks import (
-    Limits,
     NoTrianglesError,
     TriangleList,
-    check_triangles,
     cut_polygons,
 )
+from facetlog.perception.reading.shape_files.shape_file import ShapeFile, quote_line
 
 __all__ = ["read_stl"]
 
@@ -45,7 +38,7 @@ NEXT = {
 }
 
 
-def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
+def read_stl(data: bytes, shape: ShapeFile) -> TriangleList:
     """Return the triangles of an STL.
 
     Raises InputError where it ends within a solid, or has fewer or more triangles than it counts.
@@ -56,28 +49,28 @@ def read_stl(data: bytes, name: str, limits: Limits) -> TriangleList:
     if b"\0" not in start[: len(head)]:
         if re.search(rb"(?i)\b(?:solid|facet)\b", start) is None:
             shown = start.strip().decode("utf-8", "replace").partition("\n")[0]
-            raise InputError(f"{name}: is no STL: it begins with {shown:.30}; export it again")
-        return _read_text(to_plain_bytes(data), name, limits)
+            raise shape.error(f"is no STL: it begins with {shown:.30}; export it again")
+        return _read_text(to_plain_bytes(data), shape)
     if len(data) < HEADER_BYTES:
-        raise InputError(f"{name}: is shorter than an STL header (84 bytes); export the mesh again")
+        raise shape.error("is shorter than an STL header (84 bytes); export the mesh again")
     (count,) = struct.unpack("<I", data[80:84])
     held = (len(data) - HEADER_BYTES) // TRIANGLE.itemsize
     if count > held:
-        raise describe_claim(name, f"{count} triangles")
-    check_triangles(count, name, limits)
+        raise shape.false_claim(f"{count} triangles")
+    shape.check_triangles(count)
     rest = data[HEADER_BYTES + count * TRIANGLE.itemsize :]
     if held > count and _are_triangles(rest):
-        raise describe_inconsistency(name, f"counts {count} triangles but holds {held}")
+        raise shape.inconsistency(f"counts {count} triangles but holds {held}")
     if count == 0:
-        raise NoTrianglesError(f"{name}: has no triangles; export the mesh again")
+        raise NoTrianglesError(f"{shape.name}: has no triangles; export the mesh again")
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count, offset=HEADER_BYTES)
     points = rows["corners"].reshape(-1, 3).astype(np.float64)
     return TriangleList(points, np.arange(3 * count).reshape(-1, 3))
 
 
 def _are_triangles(data: bytes) -> bool:
-    """Whether bytes after the counted triangles are more of them: each with corners that differ and
-    a normal at right angles to its sides.
+    """Return whether bytes after the counted triangles are more of them: each with corners that
+    differ and a normal at right angles to its sides.
     """
     count = len(data) // TRIANGLE.itemsize
     rows = np.frombuffer(data, dtype=TRIANGLE, count=count)
@@ -96,22 +89,22 @@ def _are_triangles(data: bytes) -> bool:
     return bool(count and sound.mean() > 0.5)
 
 
-def _read_text(text: bytes, name: str, limits: Limits) -> TriangleList:
+def _read_text(text: bytes, shape: ShapeFile) -> TriangleList:
     try:
-        rows, numbers, sizes = _find_facets(text, name)
+        rows, numbers, sizes = _find_facets(text, shape)
     except InputError:
         one_each = KEYWORD.sub(b"\n", text)
         if one_each.count(b"\n") == text.count(b"\n"):
             raise
-        rows, numbers, sizes = _find_facets(one_each, name)
+        rows, numbers, sizes = _find_facets(one_each, shape)
     if not sizes:
-        raise NoTrianglesError(f"{name}: has no facets; export the mesh again")
-    points = parse_rows(rows, 3, numbers, name, "vertex")
-    return cut_polygons(points, np.arange(len(points)), np.array(sizes), name, limits)
+        raise NoTrianglesError(f"{shape.name}: has no facets; export the mesh again")
+    points = parse_rows(rows, 3, numbers, shape, "vertex")
+    return cut_polygons(points, np.arange(len(points)), np.array(sizes), shape)
 
 
-def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[int]]:
-    """The texts of all vertices, their lines, and how many each loop has."""
+def _find_facets(text: bytes, shape: ShapeFile) -> tuple[list[bytes], list[int], list[int]]:
+    """Return the texts of all vertices, their lines, and how many each loop has."""
     rows, numbers, sizes = list[bytes](), list[int](), list[int]()
     last, start = b"endsolid", 0
     lines = text.rstrip().split(b"\n")
@@ -126,15 +119,13 @@ def _find_facets(text: bytes, name: str) -> tuple[list[bytes], list[int], list[i
         elif word not in NEXT[last]:
             if number == len(lines):
                 break  # within a word
-            raise describe_inconsistency(
-                quote_line(name, number, line), f"cannot follow {last.decode()} in an STL"
+            raise shape.inconsistency(
+                f"{quote_line(number, line)}: cannot follow {last.decode()} in an STL"
             )
         elif word == b"endloop":
             sizes.append(len(rows) - start)
             start = len(rows)
         last = word
     if last != b"endsolid":
-        raise describe_truncation(
-            name, f"ends within a solid (line {len(lines)}, after {last.decode()})"
-        )
+        raise shape.truncation(f"ends within a solid (line {len(lines)}, after {last.decode()})")
     return rows, numbers, sizes

@@ -27,6 +27,11 @@ from tests.perception.reading.view_folders import transforms, write_transforms
 GREY = np.full((SMALL.height, SMALL.width), 128, dtype=np.uint8)
 
 
+def test_a_unit_is_refused_for_the_mat_has_its_own(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="give the side of a square"):
+        read_views(write_photos(tmp_path / "a", [GREY]), unit="mm")
+
+
 @pytest.mark.slow
 def test_pictures_of_a_mat_have_cameras_and_poses_in_metres(tmp_path: Path) -> None:
     found = read_views(write_photos(tmp_path / "pens", photos()))
@@ -84,16 +89,6 @@ def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path:
 
 
 @pytest.mark.slow
-def test_a_close_picture_that_is_blurred_says_so(tmp_path: Path) -> None:
-    camera = SMALL.resized(1920, 1440)
-    sharp = [photo(A4, pose, camera) for pose in around(2, 0.16)]
-    blurred = cv2.GaussianBlur(photo(A4, around(3, 0.16)[1], camera), (0, 0), 5.5)
-    found = read_views(write_photos(tmp_path / "a", [*sharp, blurred]))
-    line, _ = found.problems
-    assert "02.png is blurred" in line
-
-
-@pytest.mark.slow
 def test_each_size_and_zoom_is_a_camera_of_its_own(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "a", photos()[:3])
     zoomed = SMALL.zoomed(1.6)
@@ -123,12 +118,6 @@ def test_a_video_is_taken_by_frames_spread_over_it(tmp_path: Path) -> None:
     assert np.linalg.norm(off) < 0.01
 
 
-def test_a_video_that_is_none_is_named(tmp_path: Path) -> None:
-    (tmp_path / "walk.mp4").write_bytes(b"nothing")
-    with pytest.raises(InputError, match=r"walk\.mp4 is no video that can be read"):
-        read_views(tmp_path)
-
-
 def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
     folder = write_transforms(tmp_path / "a", transforms())
     write_photos(folder, photos()[:2], first=50)
@@ -153,15 +142,10 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
 def test_what_cannot_be_read_is_said_in_one_line(
     pictures: list[np.ndarray], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("facetlog.perception.reading.pictures_alone.can_map", lambda: False)
+    monkeypatch.setattr("facetlog.perception.reading.pose_files.register.can_map", lambda: False)
     with pytest.raises(InputError, match=line) as caught:
         read_views(write_photos(tmp_path / "a", pictures))
     assert "\n" not in str(caught.value)
-
-
-def test_a_unit_is_refused_for_the_mat_has_its_own(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="give the side of a square"):
-        read_views(write_photos(tmp_path / "a", photos()[:2]), unit="mm")
 
 
 def test_a_followed_folder_waits_for_its_poses_and_takes_no_mat(tmp_path: Path) -> None:

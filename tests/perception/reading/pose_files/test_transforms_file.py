@@ -1,49 +1,20 @@
-"""Blender's and NeRF's transforms_train.json is read as nerfstudio's transforms.json."""
+"""Variants of transforms.json, and pictures under names that another machine wrote."""
 
-import json
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.read_views import read_views
-from facetlog.perception.types import View
-from tests.perception.reading.pose_files.same_views import same_views
+from tests.perception.reading.pose_files.pose_folders import same_views
 from tests.perception.reading.view_folders import (
-    WIDTH,
+    colmap_rows,
     transforms,
+    write_colmap_binary,
+    write_colmap_text,
     write_pictures,
     write_transforms,
 )
-
-
-def test_blenders_export_gives_the_views_of_transforms_json(tmp_path: Path) -> None:
-    square = transforms() | {"fl_x": 50.0, "fl_y": 50.0, "cx": WIDTH / 2, "cy": 16.0}
-    wanted = read_views(write_transforms(tmp_path / "wanted", square))
-    folder = write_pictures(tmp_path / "blender" / "train").parent
-    frames = [
-        {"file_path": f"./train/{i}", "rotation": 0.01, "transform_matrix": f["transform_matrix"]}
-        for i, f in enumerate(square["frames"])
-    ]
-    document = {"camera_angle_x": 2 * math.atan(WIDTH / 2 / 50.0), "frames": frames}
-    (folder / "transforms_train.json").write_text(json.dumps(document))
-    (folder / "transforms_test.json").write_text(json.dumps(document | {"frames": []}))
-    found = read_views(folder)
-    close = []
-    for one, other in zip(found.views, wanted.views, strict=True):  # tan of atan rounds
-        np.testing.assert_allclose(one.camera.matrix, other.camera.matrix, rtol=1e-12)
-        close.append(View(one.name, one.image, other.camera, one.pose))
-    same_views(tuple(close), wanted.views)
-    assert found.description.startswith("Blender's transforms_train.json, 3 pictures, up unknown")
-
-
-def test_both_files_in_one_folder_are_refused(tmp_path: Path) -> None:
-    folder = write_transforms(tmp_path)
-    (folder / "transforms_train.json").write_text("{}")
-    with pytest.raises(InputError, match=r"has both transforms_train\.json .* name the one to use"):
-        read_views(folder)
 
 
 def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
@@ -57,26 +28,40 @@ def test_is_fisheye_is_opencvs_fisheye(tmp_path: Path) -> None:
     same_views(read_views(other).views, read_views(camera).views)
 
 
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ({"is_fisheye": "yes"}, "is_fisheye is 'yes': give true or false"),
-        ({"is_fisheye": True, "camera_model": "OPENCV"}, "is_fisheye is true, yet camera_model"),
-    ],
-)
-def test_an_unclear_is_fisheye_is_named(tmp_path: Path, more: dict[str, object], says: str) -> None:
-    with pytest.raises(InputError, match=says):
-        read_views(write_transforms(tmp_path, transforms() | more))
-
-
-def test_backslashes_in_a_name_are_slashes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("start", ["/home/ann/scan/images", "C:\\scans\\images", "D:/x/images"])
+def test_absolute_paths_of_another_machine_are_found_by_their_ends(
+    start: str, tmp_path: Path
+) -> None:
     document = transforms()
-    wanted = read_views(write_transforms(tmp_path / "a", document))
-    folder = write_pictures(tmp_path / "b" / "images").parent
-    for frame in document["frames"]:
-        frame["file_path"] = "images\\" + Path(frame["file_path"]).name
-    (folder / "transforms.json").write_text(json.dumps(document))
-    found = read_views(folder).views
-    assert [view.name for view in found] == [f["file_path"] for f in document["frames"]]
-    for one, other in zip(found, wanted.views, strict=True):
-        np.testing.assert_array_equal(one.image, other.image)
+    slash = "\\" if "\\" in start else "/"
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"{start}{slash}{k}.png"
+    found = read_views(write_transforms(tmp_path / "a", document))
+    same_views(found.views, read_views(write_transforms(tmp_path / "b")).views)
+    (note,) = found.problems
+    assert "0.png" in note
+    assert "below" in note
+
+
+def test_of_two_files_of_a_name_that_with_the_same_folder_is_meant(tmp_path: Path) -> None:
+    folder = write_transforms(tmp_path)
+    write_pictures(folder / "thumbnails")
+    document = transforms()
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"/elsewhere/images/{k}.png"
+    write_transforms(tmp_path, document)
+    assert len(read_views(folder).views) == 3
+    for k, frame in enumerate(document["frames"]):
+        frame["file_path"] = f"/elsewhere/pictures/{k}.png"
+    write_transforms(tmp_path, document)
+    with pytest.raises(InputError, match="outside of"):
+        read_views(folder)
+
+
+@pytest.mark.parametrize("write", [write_colmap_text, write_colmap_binary])
+def test_colmaps_names_may_have_backslashes(write: object, tmp_path: Path) -> None:
+    rows = [(f"left\\{name}", pose) for name, pose in colmap_rows()]
+    assert callable(write)
+    write(tmp_path / "sparse" / "0", rows)
+    write_pictures(tmp_path / "images" / "left")
+    assert len(read_views(tmp_path).views) == 3

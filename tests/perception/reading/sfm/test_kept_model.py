@@ -6,15 +6,14 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.sfm import kept_model
-from facetlog.perception.reading.sfm.kept_model import (
+from facetlog.perception.reading.sfm import sfm_poses
+from facetlog.perception.reading.sfm.outcome import Outcome, Pair, Settings
+from facetlog.perception.reading.sfm.sfm_poses import (
     check_keep,
     keep_model,
     kept_outcome,
     made_from,
 )
-from facetlog.perception.reading.sfm.outcome import Outcome, Pair
-from facetlog.perception.reading.sfm.request import Settings
 from facetlog.perception.reading.shots import Shot
 
 OUTCOME = Outcome({"a": 9, "b": 8}, (), (Pair("a", "b", 7),), (("a", "b"),), 0.5)
@@ -47,7 +46,7 @@ def test_what_is_left_of_an_attempt_is_ours_and_not_used(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(kept_model.shutil, "copyfile", interrupted)
+    monkeypatch.setattr(sfm_poses.shutil, "copyfile", interrupted)
     with pytest.raises(KeyboardInterrupt):
         keep_model(tmp_path / "kept", model, "key", OUTCOME)
     check_keep(tmp_path / "kept")
@@ -64,7 +63,7 @@ def test_a_folder_without_a_record_of_ours_is_refused(record: str, tmp_path: Pat
 def test_another_picture_name_or_setting_is_another_key(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept_model.importlib.metadata, "version", lambda _: "4.2.1")
+    monkeypatch.setattr(sfm_poses.importlib.metadata, "version", lambda _: "4.2.1")
     one, other = Shot(tmp_path / "a.png"), Shot(tmp_path / "b.png")
     one.path.write_bytes(b"1")
     other.path.write_bytes(b"1")

@@ -14,7 +14,7 @@ import facetlog
 from facetlog.cli import main
 from facetlog.errors import EngineError, InputError
 from facetlog.perception.reading.read_views import ViewSet, read_views
-from facetlog.perception.reading.sfm import mapping
+from facetlog.perception.reading.sfm import sfm_poses
 from facetlog.perception.types import Pose
 from tests.perception.reading.sfm.newspaper import BOX, CAMERA, around, taken
 
@@ -40,7 +40,7 @@ def without_pycolmap(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def with_pycolmap(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("facetlog.perception.reading.pictures_alone.can_map", lambda: True)
+    monkeypatch.setattr("facetlog.perception.reading.pose_files.register.can_map", lambda: True)
 
 
 @pytest.mark.usefixtures("without_pycolmap")
@@ -51,13 +51,6 @@ def test_without_the_extra_one_line_names_it_and_the_mat(
     (line,) = capsys.readouterr().err.splitlines()
     assert "photos: no mat is seen in any of 3 pictures: print one (facetlog mat" in line
     assert line.endswith("or let facetlog find poses by texture: pip install 'facetlog[sfm]'")
-
-
-@pytest.mark.usefixtures("with_pycolmap")
-def test_too_few_pictures_are_refused_before_any_work(tmp_path: Path) -> None:
-    line = "no mat is seen in any of 2 pictures, and without one at least 3 pictures are needed"
-    with pytest.raises(InputError, match=line):
-        read_views(plain(tmp_path / "photos", 2))
 
 
 @pytest.mark.usefixtures("with_pycolmap")
@@ -87,7 +80,7 @@ def test_what_such_poses_do_not_go_with_is_refused_before_any_work(
 def test_a_program_that_dies_is_an_error_that_says_so(
     program: str, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", program))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", program))
     with pytest.raises(EngineError, match=line):
         read_views(plain(tmp_path / "photos"))
 
@@ -149,9 +142,9 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert turns.max() < 1.0  # the middle of a picture is not quite where the lens looks
     assert found.views[0].camera.fx == pytest.approx(CAMERA.fx, rel=0.02)
 
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     # What is kept needs no look for a mat either.
-    monkeypatch.delattr("facetlog.perception.reading.pictures_alone.read_mat")
+    monkeypatch.delattr("facetlog.perception.reading.pose_files.register.read_mat")
     result = facetlog.recognize(folder, cameras=kept, scale="height = 10 cm")
     assert "t1 is a box (" in str(result)
     assert result.scene.metric
@@ -164,7 +157,7 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert "up (an axis, or none)" in " ".join(result.scene.warnings)
 
     monkeypatch.undo()
-    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
+    monkeypatch.setattr(sfm_poses, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     taken(folder, poses[:1], first=12)  # other pictures: what is kept is of no use
     with pytest.raises(EngineError, match="ended with code 9"):
         read_views(folder, keep=kept)

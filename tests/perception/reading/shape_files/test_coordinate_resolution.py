@@ -32,20 +32,10 @@ def test_32_bit_numbers_far_away_are_refused_and_64_bit_ones_kept(far: float) ->
         check_resolution(moved.astype(np.float32).astype(np.float64), "a.ply")
 
 
-def test_64_bit_numbers_are_too_coarse_somewhere() -> None:
-    with pytest.raises(InputError, match="too coarse for a shape of"):
-        check_resolution(CORNERS + 1e15, "a.obj")
-
-
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 def test_a_survey_in_kilometres_passes(kind: type) -> None:
     survey = 100.0 * CORNERS + np.array([4.5e5, 5.4e6, 300.0])
     check_resolution(survey.astype(kind).astype(np.float64), "a.las")
-
-
-def test_nothing_and_one_place_are_not_judged() -> None:
-    check_resolution(np.zeros((0, 3)), "a.ply")
-    check_resolution(np.full((5, 3), 1e9), "a.ply")
 
 
 def test_meshes_and_clouds_are_judged_as_they_are_read(tmp_path: Path) -> None:
@@ -57,14 +47,6 @@ def test_meshes_and_clouds_are_judged_as_they_are_read(tmp_path: Path) -> None:
     trimesh.PointCloud(block.sample(500).astype(np.float32)).export(tmp_path / "cloud.ply")
     with pytest.raises(InputError, match=r"cloud\.ply: lies 1e\+09 from the origin"):
         read_cloud(tmp_path / "cloud.ply")
-
-
-def test_a_truncated_text_mesh_is_reported_in_plain_words(tmp_path: Path) -> None:
-    text = trimesh.creation.box((0.3, 0.2, 0.1)).export(file_type="off")
-    (tmp_path / "cut.off").write_text(text[: len(text) * 6 // 10])
-    with pytest.raises(InputError) as caught:
-        read_mesh(tmp_path / "cut.off")
-    assert "truncated" in str(caught.value)
 
 
 @pytest.mark.parametrize("unit", [0.001, 1.0, 1000.0])

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from facetlog.perception.reading.shape_files.file_text import (
     decode_text,
-    find_line_end,
     to_plain_bytes,
 )
 
@@ -29,11 +28,6 @@ ENCODINGS = {
 def test_encodings_and_line_ends_do_not_matter(encoding: str, end: str) -> None:
     data = ENCODINGS[encoding] + end.join(LINES).encode(encoding.split()[0])
     assert decode_text(data).split("\n") == LINES
-
-
-@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
-def test_line_end_of_a_binary_header(end: bytes) -> None:
-    assert find_line_end(b"ply" + end + b"end_header" + end + b"\n\r\0") == end
 
 
 def test_plain_text_is_not_copied() -> None:

@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
-from facetlog.perception.types import FloatArray
+from tests.perception.reading.shape_files import mesh_measures
+from tests.perception.reading.shape_files.mesh_measures import area, extent, volume
 
 BLOCK = np.array([(x, y, z) for x in (0.0, 1.2) for y in (0.0, 0.7) for z in (0.0, 0.4)])
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -70,42 +71,23 @@ class Made:
         text += b" " * (-len(text) % 4)
         self.data += b"\0" * (-len(self.data) % 4)
         total = 28 + len(text) + len(self.data)
-        path = folder / "made.glb"
-        path.write_bytes(
+        content = (
             b"glTF"
             + struct.pack("<IIII", 2, total, len(text), 0x4E4F534A)
             + text
             + struct.pack("<II", len(self.data), 0x004E4942)
             + self.data
         )
-        return read_mesh(path)
-
-
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-
-
-def extent(mesh: Mesh) -> FloatArray:
-    used = mesh.vertices[np.unique(mesh.triangles)]
-    return np.concatenate((used.min(axis=0), used.max(axis=0)))
+        return mesh_measures.read(folder, "made.glb", content)
 
 
 WHOLE = [0, 0, 0, 1.2, 0.7, 0.4]
 
 
-@pytest.mark.parametrize("kind", ["<u1", "<u2", "<u4"])
-def test_indices_of_any_type(tmp_path: Path, kind: str) -> None:
-    made = Made()
-    made.primitive["indices"] = made.add(TRIANGLES.ravel(), kind)
-    mesh = made.read(tmp_path)
-    assert area(mesh) == pytest.approx(AREA)
-    assert extent(mesh) == pytest.approx(WHOLE)
-
-
-@pytest.mark.parametrize("kind", ["<i1", "<u1", "<i2", "<u2"])
-@pytest.mark.parametrize("normalized", [False, True])
-@pytest.mark.parametrize("stride", [None, 8])
+@pytest.mark.parametrize(
+    ("kind", "normalized", "stride"),
+    [("<i1", True, 8), ("<u1", False, None), ("<i2", False, 8), ("<u2", True, None)],
+)
 def test_quantised_positions(
     tmp_path: Path, kind: str, *, normalized: bool, stride: int | None
 ) -> None:
@@ -117,6 +99,7 @@ def test_quantised_positions(
     )
     scale = 1.2 if normalized else 1.2 / most
     made.node["scale"] = [scale] * 3
+    made.primitive["indices"] = made.add(TRIANGLES.ravel(), "<u1" if normalized else "<u4")
     made.document["extensionsRequired"] = ["KHR_mesh_quantization"]
     assert extent(made.read(tmp_path)) == pytest.approx(WHOLE, abs=1.2 / most)
 
@@ -172,8 +155,7 @@ def test_strips_and_fans(tmp_path: Path, mode: int, *, indexed: bool) -> None:
         made.document["meshes"][0]["primitives"].append(primitive)
     mesh = made.read(tmp_path)
     assert area(mesh) == pytest.approx(AREA)
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    assert abs((a * np.cross(b, c)).sum() / 6) == pytest.approx(1.2 * 0.7 * 0.4)
+    assert abs(volume(mesh)) == pytest.approx(1.2 * 0.7 * 0.4)
 
 
 def test_instances_repeat_a_mesh(tmp_path: Path) -> None:

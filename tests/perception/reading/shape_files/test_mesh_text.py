@@ -5,21 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from trimesh.exchange import off, ply, stl
+from trimesh.exchange import stl
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
-
-SIDES = (3.0, 2.0, 1.0)
-
-
-def written(folder: Path, name: str, content: bytes) -> Path:
-    path = folder / name
-    path.write_bytes(content)
-    return path
+from tests.perception.reading.shape_files.mesh_measures import (
+    area,
+    area_vectors,
+    block,
+    read,
+)
 
 
 def shown(mesh: Mesh) -> np.ndarray:
@@ -28,37 +25,24 @@ def shown(mesh: Mesh) -> np.ndarray:
     return corners[np.lexsort(corners.reshape(-1, 9).T)]
 
 
-def block() -> trimesh.Trimesh:
-    return trimesh.creation.box(SIDES)
-
-
-def groups(count: int, *, relative: bool, texture: bool, cut: bool) -> bytes:
-    """Blocks beside each other, each a group of vertices and its faces after them."""
-    made, lines, last = block(), [], 0
+def groups(count: int, *, relative: bool) -> bytes:
+    """Blocks beside each other: vertices, texture and faces of each; relative ones over 3 lines."""
+    made, lines = block(), []
     for nth in range(count):
         lines.append(f"o part{nth}")
         lines += [f"v {x + 10 * nth} {y} {z}" for x, y, z in made.vertices]
-        if texture:
-            lines += [f"vt 0.{k} 0.5" for k in range(4 + nth)]
-            lines += [f"vn 0 0 1 # {k}" for k in range(2)]
-        last += len(made.vertices)
-        for face in made.faces:
-            numbers = [int(k) - 8 if relative else int(k) + 1 + last - 8 for k in face]
-            words = [f"{n}/-{1 + n % 4}/-1" if texture and relative else f"{n}" for n in numbers]
-            between = " \\\n  " if cut else " "
-            lines.append("f " + between.join(words))
-    return "\n".join(lines).encode()
+        lines += [f"vt 0.{k} 0.5" for k in range(4 + nth)] + ["vn 0 0 1 # 0"]
+        for face in made.faces.tolist():
+            if relative:
+                lines.append("f " + " \\\n  ".join(f"{k - 8}/-{1 + k % 4}/-1" for k in face))
+            else:
+                lines.append("f " + " ".join(str(k + 1 + 8 * nth) for k in face))
+    return "\n".join(["# C:\\models\\", *lines]).encode()
 
 
-@pytest.mark.parametrize("texture", [False, True])
-@pytest.mark.parametrize("cut", [False, True])
-def test_negative_indices_of_an_obj_count_from_their_line(
-    tmp_path: Path, *, texture: bool, cut: bool
-) -> None:
-    absolute = groups(3, relative=False, texture=False, cut=False)
-    relative = groups(3, relative=True, texture=texture, cut=cut)
-    meant = read_mesh(written(tmp_path, "absolute.obj", absolute))
-    found = read_mesh(written(tmp_path, "relative.obj", relative))
+def test_negative_indices_of_an_obj_count_from_their_line(tmp_path: Path) -> None:
+    meant = read(tmp_path, "absolute.obj", groups(3, relative=False))
+    found = read(tmp_path, "relative.obj", groups(3, relative=True))
     assert len(found.triangles) == 36
     assert np.array_equal(shown(found), shown(meant))
 
@@ -77,15 +61,10 @@ def test_whichever_indices_are_negative_the_mesh_is_the_same(
         turned = [data.draw(st.booleans()) for _ in face]
         words = [str(k - 8 if t else k + 1) for k, t in zip(face, turned, strict=True)]
         mixed.append("f " + data.draw(st.sampled_from((" ", "\t", " \\\n"))).join(words))
-    meant = read_mesh(written(tmp_path, "plain.obj", "\n".join(plain).encode()))
+    meant = read(tmp_path, "plain.obj", "\n".join(plain).encode())
     text = data.draw(st.sampled_from(ends)).join(mixed)
-    found = read_mesh(written(tmp_path, "mixed.obj", text.encode()))
+    found = read(tmp_path, "mixed.obj", text.encode())
     assert np.array_equal(shown(found), shown(meant))
-
-
-def test_a_comment_that_ends_in_a_backslash_takes_no_line_away(tmp_path: Path) -> None:
-    content = b"# C:\\models\\\n" + groups(1, relative=False, texture=False, cut=False)
-    assert len(read_mesh(written(tmp_path, "block.obj", content)).triangles) == 12
 
 
 @pytest.mark.parametrize(
@@ -100,36 +79,7 @@ def test_a_comment_that_ends_in_a_backslash_takes_no_line_away(tmp_path: Path) -
 def test_an_invalid_index_is_reported_with_its_line(tmp_path: Path, faces: str, said: str) -> None:
     text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\n"
     with pytest.raises(InputError, match=re.escape(f"bad.obj: {said}")):
-        read_mesh(written(tmp_path, "bad.obj", text.encode()))
-
-
-def test_text_that_is_not_utf_8_is_read(tmp_path: Path) -> None:
-    made = block()
-    text = made.export(file_type="obj").encode()
-    ascii_stl = stl.export_stl_ascii(made)
-    named = re.sub(r"^solid.*", "solid für", ascii_stl).encode("latin-1")
-    header = bytes(ply.export_ply(made, encoding="ascii"))
-    comment = "comment für\nelement vertex".encode("latin-1")
-    contents = {
-        "block.obj": "# Möbel\n".encode("latin-1") + text,
-        "text.stl": named,
-        "block.off": off.export_off(made).replace("OFF\n", "OFF\n# für\n").encode("latin-1"),
-        "text.ply": header.replace(b"element vertex", comment),
-        "binary.ply": bytes(ply.export_ply(made)).replace(b"element vertex", comment),
-    }
-    for name, content in contents.items():
-        with pytest.raises(UnicodeDecodeError):
-            content.decode("utf-8")
-        assert len(read_mesh(written(tmp_path, name, content)).triangles) == 12, name
-
-
-@pytest.mark.parametrize("head", [b"made by hand", b"solid f\xfcr", b""])
-@pytest.mark.parametrize("more", [b"", b"\xff" * 7, b"\0" * 4096])
-def test_bytes_after_the_last_triangle_of_a_binary_stl_do_not_matter(
-    tmp_path: Path, head: bytes, more: bytes
-) -> None:
-    content = head.ljust(80, b"\0") + bytes(stl.export_stl(block()))[80:] + more
-    assert len(read_mesh(written(tmp_path, "block.stl", content)).triangles) == 12
+        read(tmp_path, "bad.obj", text.encode())
 
 
 @pytest.mark.parametrize("faces", ["", "element face 1\nproperty list uchar int vertex_indices\n"])
@@ -141,28 +91,11 @@ def test_strips_of_triangles_are_read(tmp_path: Path, faces: str) -> None:
     )
     rows = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n"
     rows += ("3 2 3 4\n" if faces else "") + "8 0 1 2 3 -1 3 5 4\n"
-    mesh = read_mesh(written(tmp_path, "strips.ply", (header + rows).encode()))
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    areas = 0.5 * np.cross(b - a, c - a)[:, 2]
-    assert areas.tolist() == [0.5] * (4 if faces else 3)
+    mesh = read(tmp_path, "strips.ply", (header + rows).encode())
+    assert area_vectors(mesh)[:, 2].tolist() == [0.5] * (4 if faces else 3)
 
 
 L_CORNERS = ["0 0 0", "2 0 0", "2 1 0", "1 1 0", "1 2 0", "0 2 0"]
-
-
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-
-
-def encoded(text: str, way: str) -> bytes:
-    match way:
-        case "mac":
-            return text.replace("\n", "\r").encode()
-        case "dos":
-            return text.replace("\n", "\r\n").encode()
-        case _:
-            return text.encode(way)
 
 
 def l_shape(kind: str) -> str:
@@ -178,10 +111,12 @@ def l_shape(kind: str) -> str:
 
 
 @pytest.mark.parametrize("kind", ["obj", "off", "stl"])
-@pytest.mark.parametrize("way", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "mac", "dos"])
-def test_encodings_and_line_ends_do_not_matter(tmp_path: Path, kind: str, way: str) -> None:
-    content = encoded(l_shape(kind), way)
-    mesh = read_mesh(written(tmp_path, f"l.{kind}", content))
+@pytest.mark.parametrize(("encoding", "end"), [("utf-16", "\n"), ("utf-8-sig", "\r")])
+def test_encodings_and_line_ends_do_not_matter(
+    tmp_path: Path, kind: str, encoding: str, end: str
+) -> None:
+    content = l_shape(kind).replace("\n", end).encode(encoding)
+    mesh = read(tmp_path, f"l.{kind}", content)
     assert area(mesh) == pytest.approx(3.0)
     assert len(mesh.triangles) == 4
     assert mesh.vertices.max() == 2.0
@@ -205,12 +140,12 @@ def test_variants_of_off(tmp_path: Path, text: str) -> None:
     before, between = text.split("{}")
     more, _, after = between.partition("\n")
     content = before + "\n".join(corner + more for corner in L_CORNERS) + "\n" + after
-    assert area(read_mesh(written(tmp_path, "l.off", content.encode()))) == pytest.approx(3.0)
+    assert area(read(tmp_path, "l.off", content.encode())) == pytest.approx(3.0)
 
 
 def test_an_off_with_other_lines_than_rows(tmp_path: Path) -> None:
     content = f"OFF\n6 2 0\n{'  '.join(L_CORNERS)} 4 0 1 2 3 4 0\n3 4 5".encode()
-    assert area(read_mesh(written(tmp_path, "l.off", content))) == pytest.approx(3.0)
+    assert area(read(tmp_path, "l.off", content)) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(
@@ -229,13 +164,13 @@ def test_an_off_with_other_lines_than_rows(tmp_path: Path) -> None:
 def test_an_off_that_does_not_fit_its_counts(tmp_path: Path, text: str, said: str) -> None:
     content = text.format("\n".join(L_CORNERS)).encode()
     with pytest.raises(InputError, match=said):
-        read_mesh(written(tmp_path, "l.off", content))
+        read(tmp_path, "l.off", content)
 
 
 def test_trailing_comments_and_colours_of_an_obj(tmp_path: Path) -> None:
     lines = [f"v {c} 1.0 0.5 0.5 # {k}" if k % 2 else f"v {c}# no" for k, c in enumerate(L_CORNERS)]
     content = "\n".join([*lines, "f 1/1/1 2//2 3 4 \\ \n 5 6 # all", "# 7 8"])
-    assert area(read_mesh(written(tmp_path, "l.obj", content.encode()))) == pytest.approx(3.0)
+    assert area(read(tmp_path, "l.obj", content.encode())) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(
@@ -252,7 +187,7 @@ def test_trailing_comments_and_colours_of_an_obj(tmp_path: Path) -> None:
 )
 def test_an_obj_that_is_none_is_named(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        read_mesh(written(tmp_path, "bad.obj", text.encode()))
+        read(tmp_path, "bad.obj", text.encode())
 
 
 @pytest.mark.parametrize("solids", [1, 3])
@@ -261,10 +196,10 @@ def test_a_text_stl_cut_anywhere_in_its_last_solid_is_truncated(
 ) -> None:
     text = "\n".join([l_shape("stl").strip()] * solids)
     start = text.rfind("solid l\nfacet") + len("solid l\nfa")
-    assert area(read_mesh(written(tmp_path, "l.stl", text.encode()))) == pytest.approx(3 * solids)
+    assert area(read(tmp_path, "l.stl", text.encode())) == pytest.approx(3 * solids)
     for end in range(start, text.rfind("endsolid") + len("endsoli")):
         with pytest.raises(InputError, match="truncated"):
-            read_mesh(written(tmp_path, "cut.stl", text[:end].encode()))
+            read(tmp_path, "cut.stl", text[:end].encode())
 
 
 def test_a_text_stl_may_have_any_case_and_lines(tmp_path: Path) -> None:
@@ -274,8 +209,16 @@ def test_a_text_stl_may_have_any_case_and_lines(tmp_path: Path) -> None:
         l_shape("stl").replace("\n", "\n\n\t"),
         l_shape("stl") + "comments after data\n",
     ):
-        mesh = read_mesh(written(tmp_path, "l.stl", text.encode()))
+        mesh = read(tmp_path, "l.stl", text.encode())
         assert area(mesh) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("more", [b"\xff" * 7, b"\0" * 4096])
+def test_a_binary_stl_may_begin_with_solid_and_have_bytes_after_it(
+    tmp_path: Path, more: bytes
+) -> None:
+    content = b"solid f\xfcr".ljust(80, b"\0") + bytes(stl.export_stl(block()))[80:] + more
+    assert len(read(tmp_path, "block.stl", content).triangles) == 12
 
 
 @pytest.mark.parametrize("count", [0, 11, 13])
@@ -283,20 +226,20 @@ def test_a_binary_stl_with_another_count_is_refused(tmp_path: Path, count: int) 
     content = bytes(stl.export_stl(block()))
     content = content[:80] + count.to_bytes(4, "little") + content[84:]
     with pytest.raises(InputError, match=r"counts (0|11) triangles|claims 13"):
-        read_mesh(written(tmp_path, "block.stl", content))
+        read(tmp_path, "block.stl", content)
 
 
 def test_a_page_that_is_saved_as_a_mesh_is_no_truncated_one(tmp_path: Path) -> None:
     page = b"<!DOCTYPE html>\n<html><head><title>Sign in</title></head></html>\n" * 9
     for kind in ("stl", "ply", "off", "obj", "glb", "gltf", "dae"):
         with pytest.raises(InputError) as refused:
-            read_mesh(written(tmp_path, f"page.{kind}", page))
+            read(tmp_path, f"page.{kind}", page)
         assert "truncated" not in str(refused.value)
 
 
 def test_an_obj_that_ends_before_its_last_faces_warns(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
-    lines = groups(3, relative=False, texture=False, cut=False).splitlines(keepends=True)
+    lines = groups(3, relative=False).splitlines(keepends=True)
     last = max(i for i, line in enumerate(lines) if line.startswith(b"v "))
     path.write_bytes(b"".join(lines[: last + 1]))
     (line,) = read_mesh(path).warnings

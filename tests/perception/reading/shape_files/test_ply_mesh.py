@@ -9,18 +9,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh, read_mesh
+from tests.perception.reading.shape_files.mesh_measures import AREA, area, read
 
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": None}
 BLOCK = np.array([(x, y, z) for x in (0.0, 3.0) for y in (0.0, 2.0) for z in (0.0, 1.0)])
 # quadrilaterals and a side of two triangles
 FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7, 3)]
-AREA = 22.0
-
-
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def packed(values: object, kind: str, order: str | None) -> bytes:
@@ -67,37 +61,29 @@ def ply(
     return end.join(line.encode("latin-1") for line in [*head, "end_header"]) + end + body
 
 
-def read(folder: Path, content: bytes) -> Mesh:
-    path = folder / "made.ply"
-    path.write_bytes(content)
-    return read_mesh(path)
-
-
 @pytest.mark.parametrize("encoding", ORDERS)
-@pytest.mark.parametrize("more", [False, True])
-@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize(("more", "end"), [(False, b"\n"), (True, b"\r\n"), (True, b"\r")])
 def test_faces_of_different_sizes(tmp_path: Path, encoding: str, *, more: bool, end: bytes) -> None:
-    mesh = read(tmp_path, ply(encoding, more=more, end=end))
+    mesh = read(tmp_path, "made.ply", ply(encoding, more=more, end=end))
     assert area(mesh) == pytest.approx(AREA)
     assert len(mesh.triangles) == 12
     assert mesh.warnings == ()
 
 
-@pytest.mark.parametrize("encoding", ORDERS)
 @pytest.mark.parametrize(
-    ("types", "kinds"),
+    ("encoding", "types", "kinds"),
     [
-        (("uint8", "uint32"), ("u1", "u4")),
-        (("int", "uint64"), ("i4", "u8")),
-        (("ushort", "short"), ("u2", "i2")),
-        (("char", "float"), ("i1", "f4")),
+        ("ascii", ("uint8", "uint32"), ("u1", "u4")),
+        ("binary_little_endian", ("int", "uint64"), ("i4", "u8")),
+        ("binary_big_endian", ("ushort", "short"), ("u2", "i2")),
+        ("binary_big_endian", ("char", "float"), ("i1", "f4")),
     ],
 )
 def test_types_and_names_of_lists(
     tmp_path: Path, encoding: str, types: tuple[str, str], kinds: tuple[str, str]
 ) -> None:
     content = ply(encoding, list_types=types, kinds=kinds, key="vertex_index")
-    assert area(read(tmp_path, content)) == pytest.approx(AREA)
+    assert area(read(tmp_path, "made.ply", content)) == pytest.approx(AREA)
 
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -107,47 +93,37 @@ def test_the_same_faces_in_each_encoding(tmp_path: Path, data: st.DataObject) ->
         st.lists(st.lists(st.integers(0, 7), min_size=3, max_size=7), min_size=1, max_size=9)
     )
     more = data.draw(st.booleans())
-    found = [read(tmp_path, ply(order, faces=faces, more=more)) for order in ORDERS]
+    found = [read(tmp_path, "made.ply", ply(order, faces=faces, more=more)) for order in ORDERS]
     for mesh in found[1:]:
         assert np.array_equal(mesh.triangles, found[0].triangles)
         assert np.array_equal(mesh.vertices, found[0].vertices)
 
 
-@pytest.mark.parametrize("encoding", ORDERS)
-@pytest.mark.parametrize("counts", [(8, 6), (8, 8), (7, 7), (9, 7), (8, 3)])
+@pytest.mark.parametrize("encoding", ["binary_big_endian", "ascii"])
+@pytest.mark.parametrize("counts", [(8, 6), (8, 8), (7, 7), (9, 7)])
 @pytest.mark.parametrize("faces", [FACES, [(a, b, c) for a, b, c, *_ in FACES]])
 def test_counts_that_do_not_fit_are_refused(
     tmp_path: Path, encoding: str, counts: tuple[int, int], faces: object
 ) -> None:
     with pytest.raises(InputError, match=r"truncated|inconsistent"):
-        read(tmp_path, ply(encoding, faces=faces, counts=counts))
-
-
-def test_zeros_after_the_last_face_do_not_matter(tmp_path: Path) -> None:
-    content = ply("binary_little_endian") + b"\0" * 512
-    assert area(read(tmp_path, content)) == pytest.approx(AREA)
-
-
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
-def test_text_of_other_encodings(tmp_path: Path, encoding: str) -> None:
-    content = ply("ascii").decode("latin-1").encode(encoding)
-    assert area(read(tmp_path, content)) == pytest.approx(AREA)
+        read(tmp_path, "made.ply", ply(encoding, faces=faces, counts=counts))
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
 def test_a_mark_before_a_binary_one(tmp_path: Path, end: bytes) -> None:
     content = codecs.BOM_UTF8 + ply("binary_little_endian", end=end)
-    assert area(read(tmp_path, content + b"\r\n")) == pytest.approx(AREA)
+    for fill in (b"\r\n", b"\0" * 512):
+        assert area(read(tmp_path, "made.ply", content + fill)) == pytest.approx(AREA)
 
 
 def test_a_word_among_the_numbers_is_shown_with_its_line(tmp_path: Path) -> None:
     content = ply("ascii").replace(b"\n3.0 0.0 0.0", b"\n3,0 0.0 0.0", 1)
     with pytest.raises(InputError, match=r"line 15: 3,0 0.* decimal commas"):
-        read(tmp_path, content)
+        read(tmp_path, "made.ply", content)
 
 
 def test_rows_longer_than_the_header_says_are_read_by_their_lines(tmp_path: Path) -> None:
     content = ply("ascii").replace(b" \n", b" 9 1 1 1\n")
-    mesh = read(tmp_path, content)
+    mesh = read(tmp_path, "made.ply", content)
     assert area(mesh) == pytest.approx(AREA)
     assert "more words" in mesh.warnings[0]

@@ -64,16 +64,6 @@ def test_triangles_cover_a_polygon_once_from_any_corner(shape: str, *, turned_ov
         assert cut.warnings == ()
 
 
-@pytest.mark.parametrize("shape", ["midpoints", "one midpoint"])
-def test_corners_on_straight_edges_are_kept(shape: str) -> None:
-    flat, _ = SHAPES[shape]
-    points = in_space(flat, 3)
-    cut = triangulate(points, np.arange(len(flat)), np.array([len(flat)]))
-    solid = np.linalg.norm(area_vectors(points, cut.triangles), axis=1) > 1e-9
-    assert set(cut.triangles[solid].ravel().tolist()) == set(range(len(flat)))
-    assert solid.all()
-
-
 def test_triangles_of_a_bent_polygon_do_not_depend_on_its_first_corner() -> None:
     rng = np.random.default_rng(1)
     for flat in (U_SHAPE, L_SHAPE, ARROW, STAR, [(0, 0), (3, 0), (2, 2), (0, 1)]):
