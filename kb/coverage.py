@@ -32,7 +32,7 @@ class LineCoverage:
         return self.decided == 0 and not self.expected
 
     def to_json(self) -> dict[str, Any]:
-        """The counts as plain data."""
+        """Return the counts as plain data."""
         return {
             "label": self.label,
             "expected": self.expected,
@@ -64,7 +64,7 @@ class ModelCoverage:
         return tuple(line.label for line in self.lines if line.is_idle)
 
     def to_json(self) -> dict[str, Any]:
-        """The counts as plain data."""
+        """Return the counts as plain data."""
         return {
             "model": self.model,
             "verdicts": {"holds": self.held, "fails": self.failed, "unknown": self.unknown},
@@ -76,7 +76,8 @@ class ModelCoverage:
 def coverage(
     verdicts: Iterable[Verdict], lines: Mapping[str, Mapping[str, bool]]
 ) -> tuple[ModelCoverage, ...]:
-    """The coverage of each model of `lines`, which gives its labels, and whether only expected.
+    """Return the coverage of each model of `lines`, which gives its labels, and whether only
+    expected.
 
     Lines come in the order of the verdicts, among them counts of parts, which are not given.
     """
@@ -114,7 +115,7 @@ def _line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> L
 
 
 def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
-    """Whether these alone keep the verdict from holding, or from being open."""
+    """Return whether these alone keep the verdict from holding, or from being open."""
     if verdict.state is State.HOLDS:
         return False
     deciding = verdict.conditions_that(verdict.state)
@@ -122,19 +123,19 @@ def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
 
 
 def _seen_state(condition: Condition) -> State:
-    """The state of a line, or of what it expects."""
+    """Return the state of a line, or of what it expects."""
     expected = _expected(condition.proof)
     return condition.proof.state if expected is None else expected.state
 
 
 def _expected(proof: Proof) -> Proof | None:
-    """What a line expects without asking for it; None for lines that must hold."""
+    """Return the expectation of a line; None for lines that must hold."""
     if isinstance(proof.detail, Note) and proof.detail.name == "expect":
         return proof.children[0]
     return None
 
 
 def _counts(states: Iterable[State]) -> tuple[int, int, int]:
-    """How many hold, fail and are unknown."""
+    """Return how many hold, fail and are unknown."""
     found = list(states)
     return found.count(State.HOLDS), found.count(State.FAILS), found.count(State.UNKNOWN)

@@ -1,4 +1,4 @@
-"""By how much a verdict holds: the least change of one measured value that would turn it."""
+"""Margins of a verdict: the least change of one measured value that would turn it."""
 
 import math
 import re
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from facetlog.kb.explaining.amounts import PERCENT, amount, sd_count, suiting, with_unit
 from facetlog.kb.explaining.measure_words import measure_words
-from facetlog.kb.explaining.nearness import Nearness, nearness
-from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Nearness, Note, Proof, State, nearness
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Verdict
@@ -51,7 +50,7 @@ class Margin:
 
     @property
     def nearness(self) -> Nearness:
-        """Sorts changes from the least, of measures of all kinds (nearness.py)."""
+        """Sorts changes from the least, of measures of all kinds (proof.py)."""
         return nearness(self.change, self.value, self.sd, self.kind)
 
     def text(self) -> str:
@@ -63,7 +62,7 @@ class Margin:
         return f"{self.becomes} if {measure_words(self.measure)} were {size} {more}{sds}"
 
     def to_json(self) -> dict[str, Any]:
-        """The margin as plain data."""
+        """Return the margin as plain data."""
         return {
             "label": self.label,
             "measure": self.measure,
@@ -77,9 +76,9 @@ class Margin:
 
 
 def margin(verdict: "Verdict") -> Margin | None:
-    """The least change that turns the verdict on these parts; None if no single one does.
+    """Return the least change that turns the verdict on these parts; None if no single one does.
 
-    Least as nearness.py has it. Limits that were measured themselves stay where they are.
+    Least as `nearness` has it. Limits that were measured themselves stay where they are.
     """
     return min(turned(verdict), key=lambda found: found.nearness, default=None)
 
@@ -118,7 +117,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
 
 
 def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison]]:
-    """The different comparisons of all lines by what they measure."""
+    """Return the different comparisons of all lines by what they measure."""
     found: dict[str, dict[Comparison, None]] = {}
     for condition in conditions:
         for comparison in condition.proof.comparisons():
@@ -141,7 +140,7 @@ def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, f
 
 
 def _joined(states: Iterable[State]) -> State:
-    """What lines that must all hold say together."""
+    """Return the joint state of lines that must all hold."""
     found = set(states)
     if State.FAILS in found:
         return State.FAILS
@@ -160,7 +159,8 @@ def _some(states: Iterable[State]) -> State:
 
 
 def state_with(proof: Proof, measure: str, value: float) -> State:
-    """The state of a proof if the measure had this value, and all others the values they have."""
+    """Return the state of a proof if the measure had this value, and all others the values they
+    have."""
     return _Reading({}).state(proof, measure, value)
 
 
@@ -171,7 +171,7 @@ class _Reading:
     known: dict[int, frozenset[str]]
 
     def of(self, proof: Proof) -> frozenset[str]:
-        """The measures that a step rests on."""
+        """Return the measures that a step rests on."""
         found = self.known.get(id(proof))
         if found is None:
             found = frozenset().union(*map(self.of, proof.children))
@@ -181,7 +181,8 @@ class _Reading:
         return found
 
     def state(self, proof: Proof, measure: str, value: float) -> State:
-        """The state of a step if the measure had another value: three-valued logic, as it was."""
+        """Return the state of a step if the measure had another value: three-valued logic, as it
+        was."""
         if measure not in self.of(proof):
             return proof.state
         if isinstance(proof.detail, Comparison):

@@ -14,7 +14,7 @@ HOLDING_SHOWN = 6
 
 
 def first_reason(proof: Proof, length_unit: str | None = None) -> str:
-    """The first reason for the state, in words."""
+    """Return the first reason for the state, in words."""
     if proof.name == "not" and proof.children:
         reason = first_reason(proof.children[0], length_unit)
         return f"{reason}, which should not be" if proof.state is State.FAILS else reason
@@ -37,12 +37,12 @@ class Step(NamedTuple):
 
 
 def trace(proof: Proof, length_unit: str | None = None) -> Iterator[str]:
-    """The steps as text, each on a line, indented by its depth."""
+    """Return the steps as text, each on a line, indented by its depth."""
     return (f"{'  ' * step.depth}{step.text}" for step in steps(proof, length_unit))
 
 
 def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Iterator[Step]:
-    """The tree from top to bottom; steps that only join others are left out.
+    """Return the tree from top to bottom; steps that only join others are left out.
 
     Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
     are more than a few of many steps that hold written out, nor anything twice.
@@ -113,7 +113,7 @@ def _shown_children(proof: Proof) -> tuple[Proof, ...]:
 
 
 def _alternatives(proof: Proof) -> tuple[Proof, ...]:
-    """An alternative that itself lists alternatives, taken apart."""
+    """Return an alternative that itself lists alternatives, taken apart."""
     if proof.state is State.HOLDS or not proof.children:
         return (proof,)
     if proof.name == "short":

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import height_words, with_roles
-from facetlog.kb.explaining.nearness import Nearness
-from facetlog.kb.explaining.proof import MARKS, Comparison, Note, State
+from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
 from facetlog.kb.explaining.wording import CAUSES, UNSEEN, listed, runs, with_article
@@ -37,10 +36,10 @@ WIDTH = 100
 """Characters of a line, except where the author's own words are longer."""
 
 LEAST_ASSUMED = 0.005
-"""Of what a thing fills less than this share that was not seen would be said to be 0 %."""
+"""Least share of unseen space that is mentioned: less would be written as 0 %."""
 
 NO_MODEL = "no model matches"
-"""What is said where nothing holds."""
+"""Text where nothing holds."""
 
 # A degree that is written as 100 % says nothing that the verdict does not.
 CERTAIN = 0.995
@@ -53,22 +52,23 @@ _OF_SEVERAL = CAUSES | {UNSEEN: "a part that they need was not seen"}
 
 
 def holding_text(best: Iterable[str]) -> str:
-    """What holds, a sentence for each, on one line; that no model matches where there is none."""
+    """Return a sentence for each verdict that holds, on one line; that no model matches where there
+    is none."""
     return "; ".join(best) or NO_MODEL
 
 
 def summary(verdict: "Verdict") -> str:
-    """One sentence: what it is, or why it is not, or what is missing."""
+    """Return one sentence: what it is, or why it is not, or what is missing."""
     return _summaries(verdict)[0]
 
 
 def summary_line(verdict: "Verdict") -> str:
-    """The same on a line."""
+    """Return the summary on one line."""
     return _fitting(_summaries(verdict))
 
 
 def _summaries(verdict: "Verdict") -> tuple[str, ...]:
-    """It with all that belongs to it first, then with less and less."""
+    """Return the summaries, the fullest first, then with less and less."""
     one = with_article(verdict.model)
     if not verdict.thing:
         return (f"nothing was found that could be {one}",)
@@ -89,7 +89,7 @@ def _summaries(verdict: "Verdict") -> tuple[str, ...]:
 
 
 def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
-    """Why a verdict does not hold: groups of texts from the longest to the shortest.
+    """Return why a verdict does not hold: groups of texts from the longest to the shortest.
 
     It is the condition that the least change would turn, and by how much: the number is the last
     to be left out.
@@ -122,7 +122,7 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
 
 
 def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
-    """The verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
+    """Return the verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
     Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
@@ -152,7 +152,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
 
 
 def miss_lines(verdict: "Verdict") -> Iterator[str]:
-    """What keeps this assignment from holding: one head line, then only what fails or is open.
+    """Return why this assignment does not hold: one head line, then only what fails or is open.
 
     For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
     """
@@ -174,7 +174,7 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
 
 
 def _missing(verdict: "Verdict") -> Iterator[str]:
-    """What fails, then what is open, first what the least change would turn; then what holds."""
+    """Return what fails, what is open (the least change first), then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
         lines = _by_change(verdict, state)
         for cause, why in _OF_SEVERAL.items():
@@ -195,7 +195,7 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
 
 
 def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
-    """The conditions with the reasons for their states, each reason once."""
+    """Return the conditions with the reasons for their states, each reason once."""
     given: set[tuple[str, ...]] = set()
     for line in lines:
         texts = _reason_texts(line, length_unit)
@@ -207,8 +207,8 @@ def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterat
 
 
 def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
-    """The condition and the reason for its state: the whole of one that fails, is open, or compares
-    a measure with limits, which may take a line of its own."""
+    """Return the condition and the reason for its state: the whole of one that fails, is open, or
+    compares a measure with limits, which may take a line of its own."""
     found = reason(line.proof)
     compares = found is not None and isinstance(found.step.detail, Comparison)
     if line.proof.state is State.HOLDS and not compares:
@@ -223,14 +223,14 @@ def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterato
 
 
 def _open_because(line: "Condition", cause: str) -> bool:
-    """Whether what decides a condition is not known for this cause."""
+    """Return whether what decides a condition is not known for this cause."""
     found = reason(line.proof)
     step = None if found is None else found.step.detail
     return isinstance(step, Note) and step.cause == CAUSES[cause]
 
 
 def _assumed(verdict: "Verdict") -> Iterator[str]:
-    """How much of its space nobody saw, and what it counts as."""
+    """Return how much of its space nobody saw, and what it counts as."""
     if verdict.assumed >= LEAST_ASSUMED:
         yield from _wrapped(
             f"  space: {verdict.assumed:.0%} of what {verdict.thing} fills was not seen; it lies "
@@ -239,7 +239,7 @@ def _assumed(verdict: "Verdict") -> Iterator[str]:
 
 
 def _unseen(verdict: "Verdict") -> Iterator[str]:
-    """Why parts may have been missed, and from where they could be seen."""
+    """Return why parts may have been missed, and from where they could be seen."""
     roles = verdict.unseen_roles
     for found in verdict.unseen:
         for line in found.lines(roles):
@@ -248,12 +248,12 @@ def _unseen(verdict: "Verdict") -> Iterator[str]:
 
 
 def _wrapped(line: str) -> list[str]:
-    """The line, and what has no room on it beneath it."""
+    """Return the line, and what has no room on it beneath it."""
     return textwrap.wrap(line, WIDTH, subsequent_indent=" " * 6)
 
 
 def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
-    """The conditions of this state, first those that the least change would turn.
+    """Return the conditions of this state, first those that the least change would turn.
 
     That of one value that turns the whole verdict, which several conditions may ask, comes before
     all others; conditions that no one value turns come last.
@@ -269,7 +269,7 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
 
 
 def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
-    """What the condition asks and the reason for its state, as far as there is room."""
+    """Return the condition and the reason for its state, as far as there is room."""
     head = f"  {mark(line)} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
@@ -286,7 +286,7 @@ def mark(line: "Condition") -> str:
 
 
 def _is_lapsed(line: "Condition") -> bool:
-    """Whether a condition holds though what it expects is not so."""
+    """Return whether a condition holds though what it expects is not so."""
     found = reason(line.proof)
     holds = line.proof.state is State.HOLDS
     return holds and found is not None and found.is_wanted and found.step.state is State.FAILS
@@ -298,7 +298,7 @@ def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]
 
 
 def parts_text(verdict: "Verdict") -> str:
-    """Which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
+    """Return which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
     return _named(verdict.parts, "; ")[0]
 
 
@@ -325,7 +325,7 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
 
 
 def size_texts(verdict: "Verdict") -> tuple[str, ...]:
-    """The sizes, each in a unit of its own, in which its deviation can be read as well.
+    """Return the sizes, each in a unit of its own, in which its deviation can be read as well.
 
     Of heights, of which a thing has several, it is said what they are the height of.
     """
@@ -355,6 +355,6 @@ def _sizes(verdict: "Verdict") -> Iterator[str]:
 
 
 def _fitting(texts: Iterable[str]) -> str:
-    """The first text that fits on a line; of none the shortest."""
+    """Return the first text that fits on a line; of none the shortest."""
     found = tuple(texts)
     return next((text for text in found if len(text) <= WIDTH), min(found, key=len))

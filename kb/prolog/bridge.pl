@@ -104,15 +104,6 @@ operation(Operation, Text, [Reply]) :-
     !,
     once(result(Operation, Text, Result)),
     ok(Result, Reply).
-operation("add_facts", Text, [Reply]) :-
-    !,
-    % The first term of the text names the scene.
-    setup_call_cleanup(
-        open_string(Text, Stream),
-        ( read_term(Stream, Scene, []),
-          add_facts(Scene, Stream) ),
-        close(Stream)),
-    ok(true, Reply).
 operation("query", Text, [Head|Chunk]) :-
     term_string(query(Base, Scenes, Most, Bounds, Bindings, Question), Text),
     bounded(Bounds, ( ask_base(Base, Scenes),
@@ -237,8 +228,6 @@ result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-
     explained(Text, sight(Thing), sight(Thing, Sight)).
-result("version", _, Version) :-
-    current_prolog_flag(version, Version).
 result("statistics", _, [Modules, Clauses]) :-
     aggregate_all(count, current_module(_), Modules),
     statistics(clauses, Clauses).

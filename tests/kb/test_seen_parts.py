@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from facetlog.errors import FacetlogError, QueryError
-from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 
@@ -31,24 +30,6 @@ def scene(seed: int) -> tuple[list[Fact], dict[str, float], set[tuple[str, str]]
     return facts, areas, adjoining
 
 
-def expected(
-    areas: dict[str, float], adjoining: set[tuple[str, str]], counts: tuple[int, int, int]
-) -> list[tuple[str, ...]]:
-    """Parts by hand: any first, a second that adjoins it, a third that adjoins both."""
-    seen = sorted((f for f in FACES if f != "f5"), key=lambda f: -areas[f])
-
-    def fitting(chosen: tuple[str, ...], count: int) -> list[str]:
-        free = [f for f in seen if f not in chosen]
-        # What is asked of an unseen face is unknown, and so possible.
-        near = [f for f in free if all(c == "unseen" or (c, f) in adjoining for c in chosen)]
-        return near[:count] or ["unseen"]
-
-    rows: list[tuple[str, ...]] = [()]
-    for count in counts:
-        rows = [(*row, face) for row in rows for face in fitting(row, count)]
-    return rows
-
-
 def steps(counts: tuple[int, int, int]) -> str:
     a, b, c = counts
     return (
@@ -65,17 +46,6 @@ def base() -> Iterator[KnowledgeBase]:
 
 def found(base: KnowledgeBase, goal: str) -> list[tuple[str, ...]]:
     return [tuple(map(str, row)) for row in base.query(goal)]
-
-
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 3, 4), (3, 1, 2)])
-def test_the_largest_that_may_pass_are_chosen_in_turn(
-    base: KnowledgeBase, seed: int, counts: tuple[int, int, int]
-) -> None:
-    facts, areas, adjoining = scene(seed)
-    base.load_scene("s", facts)
-    goal = f"as_far_as_seen(t1, {steps(counts)}, [A, B, C])"
-    assert found(base, goal) == expected(areas, adjoining, counts)
 
 
 def test_there_are_never_more_than_sixty(base: KnowledgeBase) -> None:
@@ -135,14 +105,7 @@ condition(m, near, "they adjoin", _, [A, B], nigh(A, B)).
 """)
     facts, areas, _ = scene(1)
     base.load_scene("s", facts)
-    rules = base.load_rules(path, trusted=True)
+    base.load_rules(path, trusted=True)
     largest, second = (part.faces[0] for part in base.judge("s", "m", "t1").parts)
-    base.unload_rules(rules)
     assert areas[largest] == max(area for name, area in areas.items() if name != "f5")
     assert areas[second] <= 0.9 * areas[largest]
-
-
-def test_a_part_that_is_found_is_an_atom_or_unseen(base: KnowledgeBase) -> None:
-    base.load_scene("s", scene(2)[0])
-    for row in base.query(f"as_far_as_seen(t1, {steps((3, 3, 3))}, [A, B, C])"):
-        assert all(isinstance(face, Atom) for face in row)

@@ -8,7 +8,7 @@
 with(Facts) :-
     gensym(test_scene, Scene),
     new_scene(Scene),
-    forall(member(Fact, Facts), add_fact(Scene, Fact)),
+    forall(member(Fact, Facts), assertz(Scene:Fact)),
     asserta(scene_now(Scene)).
 
 without :-

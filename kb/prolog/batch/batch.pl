@@ -214,7 +214,7 @@ judged(none, Module, Model, Thing,
        brief(Model, Of, State, Low, High, Parts, Sizes, cost(0, _, _))) :-
     !,                                  % how many were proposed only search.pl knows
     judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Measured, _, _, _)),
-    findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Measured), Sizes).
+    findall(size(Name, V, Sd), member(size(Name, V, Sd, _), Measured), Sizes).
 judged(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),

@@ -168,27 +168,12 @@ described(piece_angle('P', 'Q'), measure, "angle between two pieces: 0 along eac
 described(piece_overlap('P', 'Q'), measure,
           "share of the smaller piece's plan that lies over or under the other's").
 described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
-described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
-described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").
-described(piece_level_width('Board'), measure, "level_width of the level at the board's upper side").
-described(piece_built_over('Board'), measure, "built_over of the level at the board's upper side").
-described(piece_room_below('Board'), measure, "room_below of the level at the board's upper side").
-described(piece_room_width('Board'), measure, "room_width of the level at the board's upper side").
-described(piece_room_above('Board'), measure, "room_above of the level at the board's upper side").
-described(piece_free_below('Board'), measure, "free_below of the level at the board's upper side").
-described(piece_see_through('Board'), measure, "see_through of the level at the board's upper side").
-described(piece_see_across('Board'), measure, "see_across of the level at the board's upper side").
-described(piece_open_from_two_sides('Board'), measure,
-          "open_from_two_sides of the level at the board's upper side").
-described(piece_enclosed('Board'), measure, "enclosed of the level at the board's upper side").
-described(piece_closed_behind('Board'), measure, "closed_behind of the level at the board's upper side").
-described(piece_closed_in_front('Board'), measure,
-          "closed_in_front of the level at the board's upper side").
-described(piece_side_behind('Board'), measure, "side_behind of the level at the board's upper side").
-described(piece_shelves_below('Board'), measure, "shelves_below of the level at the board's upper side").
-described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
-described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
-described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
+described(OfBoard, measure, Meaning) :-
+    known_measure(OfBoard),
+    compound_name_arguments(OfBoard, Name, ['Board']),
+    atom_concat(piece_, OfLevel, Name),
+    measure_of_space(OfLevel),
+    format(string(Meaning), "~w of the level at the board's upper side", [OfLevel]).
 described(opening_length('Opening'), measure, "longer side of the rectangle round what one sees through").
 described(opening_width('Opening'), measure, "shorter side of that rectangle").
 described(opening_height('Opening'), measure, "from the lowest to the highest point of the opening").

@@ -74,15 +74,6 @@ def test_only_floats_of_each_two_names_become_a_matrix() -> None:
         assert "matrices(0,0,[])" in header(rows)
 
 
-def test_matrices_of_other_names_are_columns() -> None:
-    one: list[Fact] = [(a, b, 1.0) for a, b in permutations("xyz", 2)]
-    other: list[Fact] = [(a, b, 1.0) for a, b in permutations("abc", 2)]
-    made = {("overlap", 3): one, ("share", 3): other}
-    text = facts_text("s", {k: tuple(zip(*rows, strict=True)) for k, rows in made.items()})
-    assert "['overlap'-3]" in text
-    assert "kind('share',6,[a-11,a-11,f-54])" in text
-
-
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])
 def test_a_number_that_is_none_is_refused(judge: BatchJudge, number: float) -> None:
     rows: list[Fact] = [(a, b, number, 0.5) for a, b in permutations("xyz", 2)]

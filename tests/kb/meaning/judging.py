@@ -11,7 +11,7 @@ from typing import Any
 
 from facetlog.kb.engine.engine import house
 from facetlog.kb.loading.builtin_rules import builtin_rules
-from facetlog.kb.loading.schema import declarations
+from facetlog.kb.loading.encode import declarations
 from tests.kb.meaning.cases import Case
 from tests.kb.meaning.models import Model
 from tests.kb.meaning.proofs import Proof, proof_of

@@ -12,7 +12,7 @@ with(Facts) :-
     facetlog_bridge:ask_base(nobody, all),
     gensym(meaning_scene, Scene),
     new_scene(Scene),
-    forall(member(Fact, Facts), add_fact(Scene, Fact)),
+    forall(member(Fact, Facts), assertz(Scene:Fact)),
     asserta(scene_now(Scene)).
 
 without :-
