@@ -78,12 +78,12 @@ class BatchJudge(Closing):
         self._needed: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
         try:
-            self._batch = self._opened()
+            self._batch = self._open_batch()
         except BaseException:
             self._base.close()
             raise
 
-    def _opened(self) -> str:
+    def _open_batch(self) -> str:
         """Return the name of a batch whose models are ready, for the facts of a fresh module.
 
         What the models are specialised to is kept, under the name of that module.
@@ -92,7 +92,7 @@ class BatchJudge(Closing):
         for model, rules in self._base.models.items():
             of_module[rules.module].append(Atom(model))
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
-        self._scene, path = self._place(models)
+        self._scene, path = self._choose_module_and_file(models)
         batch = f"{self._scene}:batch"
         loaded = self._code.load(path, self._scene, self._base.send, "load_batch")
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
@@ -104,7 +104,7 @@ class BatchJudge(Closing):
         self._needed = frozenset(kinds) | SURFACES.keys()
         return batch
 
-    def _place(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
+    def _choose_module_and_file(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
         """Return the module that the models are specialised into, and the file that keeps it, if
         any.
 
@@ -149,7 +149,7 @@ class BatchJudge(Closing):
 
     def conditions(self) -> dict[str, Conditions]:
         """Return how the conditions of each model are judged."""
-        self._batch = self._batch or self._opened()
+        self._batch = self._batch or self._open_batch()
         about = Struct("batch", (Atom(self._batch),))
         found = decode_record(self._base.request("batch_conditions", about), _CONDITIONS)
         return {model: Conditions(count, labels) for model, count, labels in found}
@@ -174,7 +174,7 @@ class BatchJudge(Closing):
 
     def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
         """Return the verdicts on facts that are given by functor, column by column."""
-        batch = self._batch or self._opened()
+        batch = self._batch or self._open_batch()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
         self._batch = None
         needed = {

@@ -150,15 +150,17 @@ class Calibration:
 
 
 def _maps(data: Mapping[str, Any]) -> Maps:
-    models = {str(name): (str(one["content"]), _curve(one)) for name, one in data["models"].items()}
-    return Maps(_curve(data["all"]), MappingProxyType(models))
+    models = {
+        str(name): (str(one["content"]), _read_curve(one)) for name, one in data["models"].items()
+    }
+    return Maps(_read_curve(data["all"]), MappingProxyType(models))
 
 
 def _curve_json(curve: Curve) -> dict[str, Any]:
     return {"samples": curve.samples, "knots": [list(knot) for knot in curve.knots]}
 
 
-def _curve(data: Mapping[str, Any]) -> Curve:
+def _read_curve(data: Mapping[str, Any]) -> Curve:
     knots = tuple((float(score), float(right)) for score, right in data["knots"])
     return Curve(int(data["samples"]), knots)
 

@@ -99,11 +99,11 @@ def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
         levels = _levels(some, form.rising)
         for kind in kinds:
             own = {
-                model: (contents[model], _curve(levels, (kind, model), form.strength))
+                model: (contents[model], _shrink_level(levels, (kind, model), form.strength))
                 for its_kind, model in models
                 if its_kind is kind
             }
-            pooled = _curve(levels, (kind,), form.strength)
+            pooled = _shrink_level(levels, (kind,), form.strength)
             found[kind, state] = Maps(pooled, MappingProxyType(own))
     return Calibration(MappingProxyType(found))
 
@@ -140,10 +140,12 @@ def chosen_form(samples: Sequence[Sample]) -> Form:
         for rising in (False, True) if outside else ():
             levels = _levels(outside, rising)
             for sample in inside:
-                shares = _shares(_chain(levels, (sample.kind, sample.model)), sample.score)
+                shares = _list_shares(
+                    _list_levels(levels, (sample.kind, sample.model)), sample.score
+                )
                 for form in FORMS:
                     if form.rising == rising:
-                        said = _shrunk(shares, form.strength)
+                        said = _shrink_shares(shares, form.strength)
                         losses[form][nth] -= math.log(said if sample.truth else 1.0 - said)
     flat, rises = (
         min((form for form in FORMS if form.rising == rising), key=lambda form: losses[form].sum())
@@ -167,21 +169,22 @@ def _levels(samples: Iterable[Sample], rising: bool) -> Levels:
         for key in ((), (sample.kind,), (sample.kind, sample.model)):
             found[key].append(sample)
     return {
-        key: (_fitted(some, rising), len({s.source for s in some})) for key, some in found.items()
+        key: (_fit_curve(some, rising), len({s.source for s in some}))
+        for key, some in found.items()
     }
 
 
-def _chain(levels: Levels, key: Key) -> tuple[tuple[Curve, int], ...]:
+def _list_levels(levels: Levels, key: Key) -> tuple[tuple[Curve, int], ...]:
     """Return a level and those above it, from the top; without those that no sample is of."""
     every = (key[:length] for length in range(len(key) + 1))
     return tuple(levels[one] for one in every if one in levels)
 
 
-def _shares(chain: Iterable[tuple[Curve, int]], score: float) -> tuple[tuple[float, int], ...]:
+def _list_shares(chain: Iterable[tuple[Curve, int]], score: float) -> tuple[tuple[float, int], ...]:
     return tuple((curve.at(score), sources) for curve, sources in chain)
 
 
-def _shrunk(shares: Sequence[tuple[float, int]], strength: float) -> float:
+def _shrink_shares(shares: Sequence[tuple[float, int]], strength: float) -> float:
     """Return the shrunk share of levels (share, number of sources) from the top."""
     (said, _), *below = shares
     for share, sources in below:
@@ -189,24 +192,24 @@ def _shrunk(shares: Sequence[tuple[float, int]], strength: float) -> float:
     return said
 
 
-def _curve(levels: Levels, key: Key, strength: float) -> Curve:
+def _shrink_level(levels: Levels, key: Key, strength: float) -> Curve:
     """Return the map of a level, shrunk: straight between the knots of all levels that it consists
     of."""
-    chain = _chain(levels, key)
+    chain = _list_levels(levels, key)
     counted = levels[key][0].samples if key in levels else 0
     scores = sorted({at for curve, _ in chain for at, _ in curve.knots})
-    said = [round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores]
-    return Curve(counted, tuple(_bends(list(zip(scores, said, strict=True)))))
+    said = [round(_shrink_shares(_list_shares(chain, at), strength), DIGITS) for at in scores]
+    return Curve(counted, tuple(_drop_level_knots(list(zip(scores, said, strict=True)))))
 
 
-def _bends(knots: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
+def _drop_level_knots(knots: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
     """Return the knots without those in the middle of a level stretch."""
     for i, (at, share) in enumerate(knots):
         if {one for _, one in knots[max(0, i - 1) : i + 2]} != {share} or i in (0, len(knots) - 1):
             yield at, share
 
 
-def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:
+def _fit_curve(samples: Sequence[Sample], rising: bool) -> Curve:
     """Return the map of samples: isotonic regression, or one step if it is not to rise; the prior
     added to each step, and regression once more: near 1/2 it moves a short step more than a long
     one, past which it might so come."""

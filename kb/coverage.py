@@ -98,7 +98,7 @@ def _model_coverage(
             expected = _expected(condition.proof) is not None
             labels.setdefault(condition.label, given.get(condition.label, expected))
     labels |= {label: expected for label, expected in given.items() if label not in labels}
-    held, failed, unknown = _counts(verdict.state for verdict in verdicts)
+    held, failed, unknown = _count_states(verdict.state for verdict in verdicts)
     lines = tuple(_line_coverage(label, labels[label], verdicts) for label in labels)
     return ModelCoverage(model, held, failed, unknown, lines)
 
@@ -111,7 +111,7 @@ def _line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> L
         own = [c for c in verdict.conditions if c.label == label]
         states.extend(map(_seen_state, own))
         decided += _alone(own, verdict)
-    return LineCoverage(label, expected, *_counts(states), decided)
+    return LineCoverage(label, expected, *_count_states(states), decided)
 
 
 def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
@@ -135,7 +135,7 @@ def _expected(proof: Proof) -> Proof | None:
     return None
 
 
-def _counts(states: Iterable[State]) -> tuple[int, int, int]:
+def _count_states(states: Iterable[State]) -> tuple[int, int, int]:
     """Return how many hold, fail and are unknown."""
     found = list(states)
     return found.count(State.HOLDS), found.count(State.FAILS), found.count(State.UNKNOWN)

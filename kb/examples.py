@@ -137,12 +137,12 @@ def example_cases(
     """
     path = Path(analysis.file.source.name)
     return tuple(
-        _case(model, example, analysis, path, make, on_demand)
+        _build_case(model, example, analysis, path, make, on_demand)
         for model, example in examples_of(analysis)
     )
 
 
-def _case(
+def _build_case(
     model: s.Model,
     example: s.Example,
     analysis: Analysis,
@@ -189,12 +189,12 @@ def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult
             yield from (CaseResult(case, None, (f"the scene: {exc}",)) for case in together)
             continue
         try:
-            yield from (_result(base, case) for case in together)
+            yield from (_run_case(base, case) for case in together)
         finally:
             base.drop_scene(SCENE)
 
 
-def _result(base: KnowledgeBase, case: Case) -> CaseResult:
+def _run_case(base: KnowledgeBase, case: Case) -> CaseResult:
     try:
         verdict = base.why(SCENE, case.model, thing=case.thing or _main_thing(base, case))
     except FacetlogError as exc:

@@ -255,7 +255,7 @@ class KnowledgeBase(Closing):
         Of one thing, or of whichever fits best; without confidence if parts are given. Raises
         QueryError for a model, a role, a thing or a face that there is not.
         """
-        verdict = self._verdict("why", scene, self._about(model, thing, parts))
+        verdict = self._verdict("why", scene, self._build_subject_terms(model, thing, parts))
         sight = self._sight(scene, verdict.thing)
         if verdict.is_unseen:
             missed = unseen(sight, verdict.thing, self._scene(scene).length_unit)
@@ -280,11 +280,13 @@ class KnowledgeBase(Closing):
         )
 
     def _sight(self, scene: str, thing: str) -> Sight:
-        sight: Sight = decode_record(self._explained("sight", scene, (Atom(thing),)), Sight)
+        sight: Sight = decode_record(
+            self._request_explanation("sight", scene, (Atom(thing),)), Sight
+        )
         return sight
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
-        answer = self._explained(operation, scene, about)
+        answer = self._request_explanation(operation, scene, about)
         verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
         rules = self._model(verdict.model)
         others = rules.rather_than.get(verdict.model, ())
@@ -304,8 +306,8 @@ class KnowledgeBase(Closing):
 
         Arguments and errors as for `why`.
         """
-        about = (*self._about(model, thing, parts), int(count))
-        found = self._explained("why_not", scene, about)
+        about = (*self._build_subject_terms(model, thing, parts), int(count))
+        found = self._request_explanation("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
         return self.with_unseen(verdicts, scene)
 
@@ -316,15 +318,17 @@ class KnowledgeBase(Closing):
         text, of which later arguments may be left out: "angle(f1, f2)". Raises QueryError if the
         scene has nothing of that name.
         """
-        origin: Origin = decode_record(self._explained("origin", scene, (about,)), Origin)
+        origin: Origin = decode_record(self._request_explanation("origin", scene, (about,)), Origin)
         return origin
 
-    def _about(self, model: str, thing: str | None, parts: Mapping[str, str]) -> tuple[Term, ...]:
+    def _build_subject_terms(
+        self, model: str, thing: str | None, parts: Mapping[str, str]
+    ) -> tuple[Term, ...]:
         things: Term = Atom("all") if thing is None else (Atom(thing),)
         given = tuple(Struct("-", (Atom(role), Atom(face))) for role, face in parts.items())
         return (Atom(self._model(model).module), Atom(model), things, given)
 
-    def _explained(self, operation: str, scene: str, about: tuple[Term, ...]) -> Term:
+    def _request_explanation(self, operation: str, scene: str, about: tuple[Term, ...]) -> Term:
         limits = self.limits
         with self._lock:
             self._check_open()

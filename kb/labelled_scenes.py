@@ -44,7 +44,7 @@ def labelled_cases(
             raise InputError(f"{path}:1: the first line should be {','.join(COLUMNS)}")
         models = frozenset(known)
         return tuple(
-            _case(path, reader.line_num, row, facts, on_demand, models)
+            _build_case(path, reader.line_num, row, facts, on_demand, models)
             for row in reader
             if any(row.values())
         )
@@ -61,7 +61,7 @@ def _text(path: Path) -> str:
         raise InputError(f"{path} is no UTF-8 text: give a table in CSV") from exc
 
 
-def _case(
+def _build_case(
     path: Path,
     line: int,
     row: dict[str, str],

@@ -172,7 +172,7 @@ class Engine:
             # Must not raise: ctypes would print the exception and go on with garbage.
             mark = self._TERM()
             self._mark_strings(ctypes.byref(mark))
-            said = _encode(callback(piece_text(self._piece(text))))
+            said = _encode(callback(piece_text(self._read_piece(text))))
             self._release_strings(mark.value)
             kind = self._STRING | self._UTF8
             return int(self._unify_text(reply, kind, len(said), said))
@@ -231,10 +231,10 @@ class Engine:
         head, tail = terms, terms + 1
         source = items
         while self._get_list(source, head, tail):
-            yield self._piece(head)
+            yield self._read_piece(head)
             source = tail
 
-    def _piece(self, term: int) -> Piece:
+    def _read_piece(self, term: int) -> Piece:
         chars, length = ctypes.c_void_p(), ctypes.c_size_t()
         place = ctypes.byref(length), ctypes.byref(chars)
         # Without a flag for the encoding this is Latin-1, and refuses what does not fit.
@@ -284,10 +284,10 @@ def start() -> Engine:
 @cache
 def _started() -> Engine:
     with _starting_conditions():
-        return _loaded()
+        return _load_engine()
 
 
-def _loaded() -> Engine:
+def _load_engine() -> Engine:
     try:
         core = _pyswip_core()
     except Exception as exc:

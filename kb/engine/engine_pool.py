@@ -349,7 +349,7 @@ class EnginePool:
             return
         with self._lock:
             ended = self._busy.pop(worker, None)
-            due = self._due(ended.number) if ended is not None else []
+            due = self._take_due_jobs(ended.number) if ended is not None else []
             # An interrupt in the wrong instant leaves the limit of inferences of its question
             # behind, and no later one would get farther: SWI-Prolog keeps the lower of two.
             spoilt = ended is not None and ended.interrupted
@@ -362,7 +362,7 @@ class EnginePool:
             with suppress(EngineError):
                 self._take(job).jobs.put(job)
 
-    def _due(self, ended: int) -> list[_Job]:
+    def _take_due_jobs(self, ended: int) -> list[_Job]:
         for awaited, _ in self._later:
             awaited.discard(ended)
         due = [job for awaited, job in self._later if not awaited]

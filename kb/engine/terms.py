@@ -69,7 +69,7 @@ Term: TypeAlias = "Atom | Var | Struct | str | int | float | Fraction | tuple[Te
 """A tuple is a proper list; a Fraction a rational number."""
 
 
-def _escaped(text: str, quote: str) -> str:
+def _escape_text(text: str, quote: str) -> str:
     # \x41\ is ISO's escape: it needs no fixed number of digits, and takes NUL. Beyond ASCII the
     # character itself is written: SWI-Prolog 9.0.4 refuses some escapes of high planes.
     if text.isascii() and text.isprintable() and quote not in text and "\\" not in text:
@@ -109,7 +109,7 @@ def term_text(term: Term) -> str:
     """
     match term:
         case Atom(name):
-            return f"'{_escaped(name, chr(39))}'"
+            return f"'{_escape_text(name, chr(39))}'"
         case Var(name):
             if not (
                 name.isascii() and name.isidentifier() and (name[0] == "_" or name[0].isupper())
@@ -117,14 +117,14 @@ def term_text(term: Term) -> str:
                 raise ValueError(f"{name!r} is no name of a Prolog variable")
             return name
         case str():
-            return f'"{_escaped(term, chr(34))}"'
+            return f'"{_escape_text(term, chr(34))}"'
         case Fraction(numerator=n, denominator=d):
             return f"{integer_text(n)}r{integer_text(d)}"
         case int() | float():
             return _number(term)
         case Struct(functor, args):
             inner = ",".join(map(term_text, args))
-            return f"'{_escaped(functor, chr(39))}'({inner})"
+            return f"'{_escape_text(functor, chr(39))}'({inner})"
         case tuple():
             return f"[{','.join(map(term_text, term))}]"
 

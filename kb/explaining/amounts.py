@@ -93,7 +93,7 @@ def amount(value: float) -> str:
     if abs(value) >= 1000:
         return f"{value:.0f}"
     text = f"{value:.4g}"
-    return _plain(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
+    return _format_small_number(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
 
 
 def beside(value: float, *others: float) -> str:
@@ -137,10 +137,10 @@ def deviation(value: float, sd: float) -> str:
     if sd <= NOTHING or (sd < LEAST_SD and sd < LEAST_RELATIVE_SD * abs(value)):
         return ""
     text = f"{sd:.2g}" if sd < 10 else f"{sd:.0f}"
-    return _plain(float(text)) if "e-0" in text else text
+    return _format_small_number(float(text)) if "e-0" in text else text
 
 
-def _plain(value: float) -> str:
+def _format_small_number(value: float) -> str:
     """Return a small number without an exponent, with two digits at least."""
     text = f"{value:.{1 - math.floor(math.log10(abs(value)))}f}"
     return text.rstrip("0")

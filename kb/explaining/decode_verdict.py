@@ -82,7 +82,7 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
                 float(value),
                 float(sd),
                 readable(kind),
-                _within(within),
+                _decode_within(within),
                 _shortfall(margin),
                 _measured_limits(limits),
             )
@@ -143,12 +143,12 @@ def _shortfall(term: Term) -> Shortfall | None:
     raise unreadable(term)
 
 
-def _within(term: Term) -> Within:
+def _decode_within(term: Term) -> Within:
     match term:
         case Struct("fading", (inner, int() | float() as width)):
-            return replace(_within(inner), fading=float(width))
+            return replace(_decode_within(inner), fading=float(width))
         case Struct("soft", (inner, int() | float() as width)):
-            return replace(_within(inner), soft=float(width))
+            return replace(_decode_within(inner), soft=float(width))
         case Struct(sort, limits):
             return Within(sort, tuple(float(x) for x in limits if isinstance(x, int | float)))
     raise unreadable(term)

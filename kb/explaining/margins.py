@@ -93,7 +93,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
             c.proof.state for c in verdict.conditions if measure not in reading.of(c.proof)
         )
         nearest: dict[State, Margin] = {}
-        for comparison, change, probe in _changes(found):
+        for comparison, change, probe in _iter_edge_changes(found):
             states = [reading.state(c.proof, measure, probe) for c in asked]
             after = _joined((others, *states))
             if after is before or (after in nearest and abs(change) >= abs(nearest[after].change)):
@@ -125,7 +125,7 @@ def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison
     return {measure: list(some) for measure, some in found.items()}
 
 
-def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, float]]:
+def _iter_edge_changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, float]]:
     """Changes of a value up to an edge of a region, and the values there and just beyond."""
     for comparison in found:
         value = comparison.value
@@ -154,7 +154,7 @@ _OPPOSITE: Mapping[State, State] = {
 }
 
 
-def _some(states: Iterable[State]) -> State:
+def _join_alternatives(states: Iterable[State]) -> State:
     return _OPPOSITE[_joined(_OPPOSITE[state] for state in states)]
 
 
@@ -186,7 +186,7 @@ class _Reading:
         if measure not in self.of(proof):
             return proof.state
         if isinstance(proof.detail, Comparison):
-            return _compared(proof, proof.detail, value)
+            return _compare_value(proof, proof.detail, value)
         states = [self.state(child, measure, value) for child in proof.children]
         return _combined(proof, proof.detail, states)
 
@@ -196,13 +196,13 @@ def _combined(proof: Proof, step: Note, states: list[State]) -> State:
         case "all" | "short", _:
             return _joined(states)
         case "any", _:
-            return _some(states)
+            return _join_alternatives(states)
         case "not", [state]:
             return _OPPOSITE[state]
         case "if_known" | "not_applied", [state]:
             return State.HOLDS if state is State.UNKNOWN else state
         case "implies", [where, then]:
-            return _some((_OPPOSITE[where], then))
+            return _join_alternatives((_OPPOSITE[where], then))
         case "expect", _:
             return State.HOLDS
         case "counted", _:
@@ -229,7 +229,7 @@ def _counted(proof: Proof, states: list[State]) -> State:
     return State.UNKNOWN if holding + states.count(State.UNKNOWN) > wanted else State.HOLDS
 
 
-def _compared(proof: Proof, comparison: Comparison, value: float) -> State:
+def _compare_value(proof: Proof, comparison: Comparison, value: float) -> State:
     low, high = comparison.within.edges
     inside = low <= value <= high
     if proof.state is State.UNKNOWN and comparison.shortfall is None and inside:

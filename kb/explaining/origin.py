@@ -71,15 +71,16 @@ class VertexOrigin(_Named):
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """Return the vertex, then a line for each picture that shows it."""
-        yield f"{self.name}{f' ({self.label})' if self.label else ''}{self._place(length_unit)}"
+        label = f" ({self.label})" if self.label else ""
+        yield f"{self.name}{label}{self._format_position(length_unit)}"
         if not self.sightings:
             yield "  seen in no picture"
         shown = len(self.sightings) if full else SHOWN
         for sighting in self.sightings[:shown]:
             yield f"  seen in {sighting}"
-        yield from _rest(len(self.sightings) - shown, "view")
+        yield from _iter_rest_line(len(self.sightings) - shown, "view")
 
-    def _place(self, length_unit: str | None) -> str:
+    def _format_position(self, length_unit: str | None) -> str:
         if self.position is None:
             return ""
         return f" at {length_words(self.position, max(self.sd or (0.0,)), length_unit or '')}"
@@ -122,7 +123,7 @@ class FaceOrigin(_Named):
         if self.plane is not None:
             yield f"  {self.plane.text(length_unit)}"
         for corner in self.corners:
-            yield from _indented(corner.lines(full=full, length_unit=length_unit))
+            yield from _indent_lines(corner.lines(full=full, length_unit=length_unit))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +151,7 @@ class EdgeOrigin(_Named):
             said.append(f"side of {', '.join(self.faces)}")
         yield f"{self.name}: an edge, {', '.join(said)}"
         for end in self.ends:
-            yield from _indented(end.lines(full=full, length_unit=length_unit))
+            yield from _indent_lines(end.lines(full=full, length_unit=length_unit))
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,7 +249,7 @@ class ViewOrigin(_Named):
         shown = len(self.vertices) if full else 4 * SHOWN
         if self.vertices:
             yield f"  {', '.join(self.vertices[:shown])}"
-        yield from _rest(len(self.vertices) - shown, "vertex", "vertices")
+        yield from _iter_rest_line(len(self.vertices) - shown, "vertex", "vertices")
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,11 +264,11 @@ class FactOrigin(_Named):
         """Return the facts, then what they name."""
         shown = len(self.facts) if full else SHOWN
         yield from (_fact_words(*fact, length_unit) for fact in self.facts[:shown])
-        yield from _rest(len(self.facts) - shown, "fact")
+        yield from _iter_rest_line(len(self.facts) - shown, "fact")
         named = len(self.of) if full else SHOWN
         for origin in self.of[:named]:
-            yield from _indented(origin.lines(full=full, length_unit=length_unit))
-        yield from _rest(len(self.of) - named, "name")
+            yield from _indent_lines(origin.lines(full=full, length_unit=length_unit))
+        yield from _iter_rest_line(len(self.of) - named, "name")
 
     def to_json(self) -> dict[str, Any]:
         """Return the origin as plain data."""
@@ -297,8 +298,8 @@ def _item_lines(
     """Return the first of some faces or edges, indented, and how many more there are."""
     shown = len(items) if full else SHOWN
     for item in items[:shown]:
-        yield from _indented(item.lines(full=full, length_unit=length_unit))
-    yield from _rest(len(items) - shown, noun)
+        yield from _indent_lines(item.lines(full=full, length_unit=length_unit))
+    yield from _iter_rest_line(len(items) - shown, noun)
 
 
 def _raised(heights: tuple[float, float, float] | None, length_unit: str | None) -> Iterator[str]:
@@ -308,7 +309,7 @@ def _raised(heights: tuple[float, float, float] | None, length_unit: str | None)
         yield f"{length_words((low, high), sd, length_unit or '', sign=' to ')} up"
 
 
-def _indented(lines: Iterator[str]) -> Iterator[str]:
+def _indent_lines(lines: Iterator[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
 
 
@@ -316,7 +317,7 @@ def _count(count: int, noun: str) -> str:
     return f"{count} {noun if count == 1 else f'{noun}s'}"
 
 
-def _rest(count: int, noun: str, plural: str = "") -> Iterator[str]:
+def _iter_rest_line(count: int, noun: str, plural: str = "") -> Iterator[str]:
     if count > 0:
         yield f"  and {count} more {noun if count == 1 else plural or noun + 's'}"
 
@@ -338,14 +339,14 @@ def _fact_words(functor: str, args: Sequence[Value], length_unit: str | None) ->
     if kind is None or kind.arity != len(args):
         return f"{functor}({', '.join(map(str, args))})"
     about = f"{functor}({', '.join(map(str, args[: kind.keys]))})"
-    values = list(_values(kind, args, length_unit))
+    values = list(_iter_values(kind, args, length_unit))
     if len(values) == 1:
         return f"{about} = {values[0][1]}"
     said = ", ".join(f"{name} = {text}" for name, text in values)
     return f"{about}: {said}" if said else about
 
 
-def _values(
+def _iter_values(
     kind: FactKind, args: Sequence[Value], length_unit: str | None
 ) -> Iterator[tuple[str, str]]:
     """Return the values behind the keys by their names, each with its deviation."""

@@ -425,12 +425,12 @@ def nearness(change: float, value: float, sd: float, kind: str) -> Nearness:
     """
     size = abs(change)
     if sd > 0 and size <= NOISE_SDS * sd:
-        return False, _rounded(size / sd)
+        return False, _round_digits(size / sd)
     if kind == "deg":
-        return True, _rounded(size / RIGHT_ANGLE)
+        return True, _round_digits(size / RIGHT_ANGLE)
     scale = max(abs(value), abs(value + change))
-    return True, _rounded(size / scale) if scale > 0 else 0.0
+    return True, _round_digits(size / scale) if scale > 0 else 0.0
 
 
-def _rounded(value: float) -> float:
+def _round_digits(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")

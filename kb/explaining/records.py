@@ -24,7 +24,7 @@ def decode_record(term: Term, kind: Any, decoders: Decoders | None = None) -> An
     dataclasses that one is meant whose `functor` the compound has. `decoders` decode other types.
     Raises EngineError for a term of another form.
     """
-    return _decoded(term, kind, decoders or {})
+    return _decode_value(term, kind, decoders or {})
 
 
 def unreadable(term: Term) -> EngineError:
@@ -32,7 +32,7 @@ def unreadable(term: Term) -> EngineError:
     return EngineError(f"Prolog's answer cannot be read: {readable(term)[:80]}")
 
 
-def _decoded(term: Term, kind: Any, decoders: Decoders) -> Any:
+def _decode_value(term: Term, kind: Any, decoders: Decoders) -> Any:
     if kind in decoders:
         return decoders[kind](term)
     arguments = get_args(kind)
@@ -46,7 +46,7 @@ def _decoded(term: Term, kind: Any, decoders: Decoders) -> Any:
         types = _field_types(kind)
         if len(term.args) <= len(types):
             pairs = zip(term.args, types, strict=False)
-            return record(*(_decoded(argument, one, decoders) for argument, one in pairs))
+            return record(*(_decode_value(argument, one, decoders) for argument, one in pairs))
     if kind is str:
         return readable(term)
     if kind in (int, float) and isinstance(term, int | float) and kind(term) == term:
@@ -61,20 +61,20 @@ def _decoded(term: Term, kind: Any, decoders: Decoders) -> Any:
 
 def _tuple(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> tuple[Any, ...]:
     if isinstance(term, tuple) and kinds[1:] == (...,):
-        return tuple(_decoded(item, kinds[0], decoders) for item in term)
+        return tuple(_decode_value(item, kinds[0], decoders) for item in term)
     if isinstance(term, Struct) and len(term.args) == len(kinds):
         pairs = zip(term.args, kinds, strict=True)
-        return tuple(_decoded(argument, kind, decoders) for argument, kind in pairs)
+        return tuple(_decode_value(argument, kind, decoders) for argument, kind in pairs)
     raise unreadable(term)
 
 
 def _union(term: Term, kinds: tuple[Any, ...], decoders: Decoders) -> Any:
     if NoneType in kinds and isinstance(term, tuple):
-        return _decoded(term[0], kinds[0], decoders) if term else None
+        return _decode_value(term[0], kinds[0], decoders) if term else None
     if isinstance(term, Struct):
         for kind in kinds:
             if getattr(kind, "functor", None) == term.functor:
-                return _decoded(term, kind, decoders)
+                return _decode_value(term, kind, decoders)
     if isinstance(term, int | float):
         return term
     if str in kinds:

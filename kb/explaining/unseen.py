@@ -96,7 +96,7 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
     about = Looked(thing, middle, seers, up, length_unit)
     found = list(_least_looked_at(sight, about))
     found.extend(_unseen_space(sight, about, found))
-    found.extend(map(Unseen, _missed(sight, thing)))
+    found.extend(map(Unseen, _iter_missed_reasons(sight, thing)))
     return tuple(found)
 
 
@@ -106,7 +106,7 @@ def _least_looked_at(sight: Sight, about: "Looked") -> Iterator[Unseen]:
         return
     towards = steps / np.linalg.norm(steps, axis=1)[:, None]
     for direction, off in _least_seen(towards, about.up):
-        if off <= NEAR_DEG or any(map(partial(_is_near, _point(direction)), sight.normals)):
+        if off <= NEAR_DEG or any(map(partial(_is_near, _to_point(direction)), sight.normals)):
             continue  # someone looked from there, or a face that looks there was found
         if about.seers:
             yield _not_looked_from(about.level_with_views(direction), off, about)
@@ -114,7 +114,7 @@ def _least_looked_at(sight: Sight, about: "Looked") -> Iterator[Unseen]:
             side = axis_words(direction)
             why = f"no face that was found of {about.name} faces towards {side}"
             look = f"look at it from the side towards {side}"
-            yield Unseen(why, look, _point(direction))
+            yield Unseen(why, look, _to_point(direction))
 
 
 def _not_looked_from(direction: Vector, off: float, about: "Looked") -> Unseen:
@@ -122,7 +122,7 @@ def _not_looked_from(direction: Vector, off: float, about: "Looked") -> Unseen:
     why = f"no view looks at {about.name} from {way.side}"
     if GRAZING_DEG <= off < 90:
         why = f"from {way.side}, {about.name} is seen only at a grazing angle of {90 - off:.0f}°"
-    return Unseen(why, f"look at it {way.go}", _point(direction), way.at)
+    return Unseen(why, f"look at it {way.go}", _to_point(direction), way.at)
 
 
 def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iterator[Unseen]:
@@ -147,7 +147,7 @@ def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iter
     way = about.way(np.array(towards))
     steps = about.steps()
     seen_from = steps / np.linalg.norm(steps, axis=1)[:, None]
-    if any(_is_near(_point(step), towards) for step in seen_from):
+    if any(_is_near(_to_point(step), towards) for step in seen_from):
         why = f"what lies behind {about.name}, from {way.side}, has nothing that could be measured"
         go = f"put something with a pattern there, and look at it {way.go}: {most}"
         yield Unseen(why, go, space=True)
@@ -180,7 +180,7 @@ def _nothing_found(views: int) -> Iterator[str]:
         yield f"the {views} views agree on no face"
 
 
-def _missed(sight: Sight, thing: str) -> Iterator[str]:
+def _iter_missed_reasons(sight: Sight, thing: str) -> Iterator[str]:
     """Return why something of the thing may have been missed, whatever it is: views too few or past
     it."""
     views = [place for place in sight.places if place.count is not None]
@@ -247,7 +247,7 @@ def _least_angles(directions: Vector, others: Vector) -> Vector:
     return angles
 
 
-def _point(vector: Vector) -> Point:
+def _to_point(vector: Vector) -> Point:
     x, y, z = vector.tolist()
     return x, y, z
 

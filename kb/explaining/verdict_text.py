@@ -64,7 +64,7 @@ def summary(verdict: "Verdict") -> str:
 
 def summary_line(verdict: "Verdict") -> str:
     """Return the summary on one line."""
-    return _fitting(_summaries(verdict))
+    return _choose_fitting_text(_summaries(verdict))
 
 
 def _summaries(verdict: "Verdict") -> tuple[str, ...]:
@@ -79,16 +79,19 @@ def _summaries(verdict: "Verdict") -> tuple[str, ...]:
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"
-        return tuple(f"{head}{why}" for group in _reasons(verdict) for why in group)
+        return tuple(f"{head}{why}" for group in _list_reason_groups(verdict) for why in group)
     holding = len(verdict.conditions_that(State.HOLDS))
     head = f"{verdict.thing} is no {verdict.model}"
     counts = f" ({holding} of {len(verdict.conditions)} conditions hold)"
     return tuple(
-        f"{head}{why}{end}" for group in _reasons(verdict) for why in group for end in (counts, "")
+        f"{head}{why}{end}"
+        for group in _list_reason_groups(verdict)
+        for why in group
+        for end in (counts, "")
     )
 
 
-def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
+def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     """Return why a verdict does not hold: groups of texts from the longest to the shortest.
 
     It is the condition that the least change would turn, and by how much: the number is the last
@@ -129,7 +132,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     """
     yield summary(verdict) if full else summary_line(verdict)
     if verdict.parts:
-        yield from _parts(verdict, full=full)
+        yield from _iter_part_lines(verdict, full=full)
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
@@ -139,7 +142,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             yield f"  {MARKS[line.proof.state]} {said}"
             for step in trace(line.proof, verdict.length_unit):
                 yield f"      {step}"
-        yield from _unseen(verdict)
+        yield from _iter_unseen_lines(verdict)
     elif verdict.state is State.HOLDS:
         reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
         yield from _conditions((line for line, _ in reasons), verdict.length_unit)
@@ -148,7 +151,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             more = " more" if reasons else ""
             yield f"  + {unsaid}{more} condition{'s hold' if unsaid > 1 else ' holds'}"
     else:
-        yield from _missing(verdict)
+        yield from _iter_open_lines(verdict)
 
 
 def miss_lines(verdict: "Verdict") -> Iterator[str]:
@@ -169,11 +172,11 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
     end = f": {', '.join(said) or 'all hold'}"
     head = f"{verdict.thing} {known}"
     named = tuple(f"{head} with {parts}{end}" for parts in _named(verdict.parts, ", "))
-    yield _fitting((*named, f"{head}{end}"))
-    yield from _missing(verdict)
+    yield _choose_fitting_text((*named, f"{head}{end}"))
+    yield from _iter_open_lines(verdict)
 
 
-def _missing(verdict: "Verdict") -> Iterator[str]:
+def _iter_open_lines(verdict: "Verdict") -> Iterator[str]:
     """Return what fails, what is open (the least change first), then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
         lines = _by_change(verdict, state)
@@ -182,16 +185,16 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
             if len(same) > 1:
                 lines = [line for line in lines if line not in same]
                 which = listed([line.label for line in same])
-                yield from _wrapped(f"  ? {which}: not known, because {why}")
+                yield from _wrap_line(f"  ? {which}: not known, because {why}")
         yield from _conditions(lines, verdict.length_unit)
-    yield from _unseen(verdict)
+    yield from _iter_unseen_lines(verdict)
     held = verdict.conditions_that(State.HOLDS)
     labels = [c.label for c in held if reason(c.proof) is not None]
     if held:
         more = f" (+ {len(held) - len(labels)} more)" if len(held) > len(labels) else ""
         count = f"  + {len(held)} condition{'s hold' if len(held) > 1 else ' holds'}"
         named = (f"  + holds: {', '.join(labels)}{more}",) if labels else ()
-        yield _fitting((*named, count))
+        yield _choose_fitting_text((*named, count))
 
 
 def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
@@ -200,7 +203,7 @@ def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterat
     for line in lines:
         texts = _reason_texts(line, length_unit)
         if texts in given:
-            yield _condition(line, ("for the same reason",))
+            yield _format_condition(line, ("for the same reason",))
         else:
             yield from _condition_with_reason(line, texts)
         given.add(texts)
@@ -212,14 +215,14 @@ def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterato
     found = reason(line.proof)
     compares = found is not None and isinstance(found.step.detail, Comparison)
     if line.proof.state is State.HOLDS and not compares:
-        yield _condition(line, texts)
+        yield _format_condition(line, texts)
         return
-    in_one = _condition(line, texts[:1])
+    in_one = _format_condition(line, texts[:1])
     if line.said in in_one and texts[0] in in_one:
         yield in_one
     else:
-        yield _condition(line, ())
-        yield _fitting(f"      {text}" for text in texts)
+        yield _format_condition(line, ())
+        yield _choose_fitting_text(f"      {text}" for text in texts)
 
 
 def _open_because(line: "Condition", cause: str) -> bool:
@@ -232,22 +235,22 @@ def _open_because(line: "Condition", cause: str) -> bool:
 def _assumed(verdict: "Verdict") -> Iterator[str]:
     """Return how much of its space nobody saw, and what it counts as."""
     if verdict.assumed >= LEAST_ASSUMED:
-        yield from _wrapped(
+        yield from _wrap_line(
             f"  space: {verdict.assumed:.0%} of what {verdict.thing} fills was not seen; it lies "
             "behind what was, and counts as full"
         )
 
 
-def _unseen(verdict: "Verdict") -> Iterator[str]:
+def _iter_unseen_lines(verdict: "Verdict") -> Iterator[str]:
     """Return why parts may have been missed, and from where they could be seen."""
     roles = verdict.unseen_roles
     for found in verdict.unseen:
         for line in found.lines(roles):
-            yield from _wrapped(f"  {line}")
+            yield from _wrap_line(f"  {line}")
         roles = ()
 
 
-def _wrapped(line: str) -> list[str]:
+def _wrap_line(line: str) -> list[str]:
     """Return the line, and what has no room on it beneath it."""
     return textwrap.wrap(line, WIDTH, subsequent_indent=" " * 6)
 
@@ -268,7 +271,7 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
     return sorted(verdict.conditions_that(state), key=mending)
 
 
-def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
+def _format_condition(line: "Condition", texts: tuple[str, ...]) -> str:
     """Return the condition and the reason for its state, as far as there is room."""
     head = f"  {mark(line)} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
@@ -277,7 +280,7 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     place = f" [{line.place}]" if line.place else ""
     whole = [f"{head}{asks}{degree} – {text}" for text in texts] or [f"{head}{asks}{degree}"]
     short = [f"{head}{degree} – {text}" for text in texts]
-    return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
+    return _choose_fitting_text((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
 
 
 def mark(line: "Condition") -> str:
@@ -302,9 +305,9 @@ def parts_text(verdict: "Verdict") -> str:
     return _named(verdict.parts, "; ")[0]
 
 
-def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:
+def _iter_part_lines(verdict: "Verdict", *, full: bool) -> Iterator[str]:
     named = [f"  parts: {parts}" for parts in _named(verdict.parts, "; ")]
-    yield named[0] if full else _fitting(named)
+    yield named[0] if full else _choose_fitting_text(named)
 
 
 def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
@@ -354,7 +357,7 @@ def _sizes(verdict: "Verdict") -> Iterator[str]:
     yield text
 
 
-def _fitting(texts: Iterable[str]) -> str:
+def _choose_fitting_text(texts: Iterable[str]) -> str:
     """Return the first text that fits on a line; of none the shortest."""
     found = tuple(texts)
     return next((text for text in found if len(text) <= WIDTH), min(found, key=len))

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import TypeAlias
 
+from facetlog.grammar.vocabulary import VOCABULARY
 from facetlog.kb.engine.terms import Atom, Struct, term_text
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
@@ -54,17 +55,17 @@ def facts_program(facts: Iterable[Fact]) -> Iterator[str]:
 
 
 def declarations() -> str:
-    """Return the declarations of all facts, for declare_facts/1 of schema.pl."""
-    return term_text(
-        tuple(
-            Struct(
-                "declared",
-                (
-                    Atom(kind.functor),
-                    tuple(Struct("-", (Atom(a.name), Atom(a.kind.value))) for a in kind.arguments),
-                    kind.meaning,
-                ),
-            )
-            for kind in FACT_SCHEMA
+    """Return the facts and the words of models, for declare_facts/1 of schema.pl."""
+    facts = (
+        Struct(
+            "declared",
+            (
+                Atom(kind.functor),
+                tuple(Struct("-", (Atom(a.name), Atom(a.kind.value))) for a in kind.arguments),
+                kind.meaning,
+            ),
         )
+        for kind in FACT_SCHEMA
     )
+    words = (Struct("means", (Atom(word.name), word.meaning)) for word in VOCABULARY.values())
+    return term_text((*facts, *words))

@@ -35,7 +35,9 @@ def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
     later: list[str] = []
     for (name, arity), columns in facts.items():
         found = _of_each_two(columns)
-        matrix = _matrix(columns[2:], len(found)) if found and names in ((), found) else ""
+        matrix = (
+            _build_matrix_text(columns[2:], len(found)) if found and names in ((), found) else ""
+        )
         if matrix:
             names = found
             matrices.append(f"{argument_text(name, ())}-{arity}")
@@ -84,7 +86,7 @@ def _each_two(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]
     return tuple(firsts), tuple(chain.from_iterable(others))
 
 
-def _matrix(columns: Columns, count: int) -> str:
+def _build_matrix_text(columns: Columns, count: int) -> str:
     """Return one matrix for each column, row by row; 0 stands for what a name has with itself.
 
     Empty if a value is not finite.

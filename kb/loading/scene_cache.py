@@ -110,11 +110,11 @@ class _Saved:
 
     def named(self, module: str) -> bytes | None:
         """Return the compiled facts as those of another module, None if its name is too long."""
-        name = _encoded(module)
+        name = _encode_module_name(module)
         return None if name is None else b"".join((self.before, name, self.after))
 
 
-def _encoded(module: str) -> bytes | None:
+def _encode_module_name(module: str) -> bytes | None:
     """Return a module's name as SWI-Prolog writes it at the head of a compiled module."""
     if not module.isascii() or not 0 < len(module) <= _LONGEST_NAME:
         return None
@@ -230,7 +230,7 @@ def _private(folder: Path) -> Path:
 
 def _content(path: Path, module: str, facts: bytes, count: Term) -> bytes | None:
     """Return the whole file, None if the compiled facts have another form than is known."""
-    name = _encoded(module)
+    name = _encode_module_name(module)
     where = -1 if name is None else facts.find(name, 0, _NAME_WITHIN)
     if name is None or where < 0 or not isinstance(count, int):
         _LOG.info("%s: this SWI-Prolog compiles in another form", path)
