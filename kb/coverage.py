@@ -1,7 +1,7 @@
 """Which lines of models ever decided a verdict, over examples and labelled scenes."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from facetlog.kb.explaining.proof import Note, Proof, State
@@ -33,14 +33,7 @@ class LineCoverage:
 
     def to_json(self) -> dict[str, Any]:
         """Return the counts as plain data."""
-        return {
-            "label": self.label,
-            "expected": self.expected,
-            "held": self.held,
-            "failed": self.failed,
-            "unknown": self.unknown,
-            "decided": self.decided,
-        }
+        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,12 +40,11 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(reading)).
-:- use_module(facetlog_kb(ask_scenes)).
+:- use_module(facetlog_kb(answers)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(small_terms)).
-:- use_module(facetlog_kb(faults)).
-:- use_module(facetlog_kb(plain_errors)).          % placed/9
+:- use_module(facetlog_kb(plain_errors)).
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog(vocabulary)).
 

@@ -1,6 +1,6 @@
 """Ideal solids, and the facts of those of their faces that are seen."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Body
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron, without_faces
@@ -137,6 +138,13 @@ def build_facts(
         if name != "scanned":  # all of it is found in pictures
             found.append((name, *row))
     return tuple(found)
+
+
+@pytest.fixture(scope="module")
+def base() -> Iterator[KnowledgeBase]:
+    """A knowledge base for all tests of a module."""
+    with KnowledgeBase() as base:
+        yield base
 
 
 @pytest.fixture(scope="session")

@@ -76,18 +76,12 @@ def judge() -> Iterator[BatchJudge]:
         yield judge
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 def facts_of(name: str, **sizes: float) -> list[Fact]:
     return [f.row for f in scene_facts(build(name, sizes))]
 
 
 def noisy(facts: Iterable[Fact], seed: int, by: float = 30.0) -> list[Fact]:
-    """The same facts measured worse: deviations so many times as large, values moved by them."""
+    """Facts measured worse: deviations so many times as large, values moved by them."""
     generator = np.random.default_rng(seed)
     found = []
     for fact in facts:
@@ -122,7 +116,7 @@ def in_full(base: KnowledgeBase, facts: Iterable[Fact]) -> tuple[BriefVerdict, .
 
 
 def as_whole(facts: list[Fact], seed: int) -> list[Fact]:
-    """The same thing as if it were known from all sides, the rest drawn at random."""
+    """A thing as if it were known from all sides, the rest drawn at random."""
     generator = np.random.default_rng(seed)
     found: list[Fact] = [*facts, ("whole", "t1")]
     found.append(("solidity", "t1", generator.uniform(), 0.01))

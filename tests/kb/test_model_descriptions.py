@@ -1,4 +1,4 @@
-"""What a rule file says of its models beside what is judged: lines, groups, what they are."""
+"""Descriptions of models in rule files: lines, groups, what they are."""
 
 from collections.abc import Iterator
 from pathlib import Path

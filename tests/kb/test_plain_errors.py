@@ -1,6 +1,5 @@
-"""What Prolog throws is said in plain words, with the word that threw it and where it stands."""
+"""Errors of Prolog in plain words, with the word that threw it and where it stands."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -27,12 +26,6 @@ QUESTIONS = [
     ("V = a, nth0(V, [1], X)", "nth0/3 needs a whole number, not a"),
     ("V = x, union(V, [1], X)", "union/3 needs lists"),
 ]
-
-
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as opened:
-        yield opened
 
 
 @pytest.mark.parametrize(("question", "says"), QUESTIONS)

@@ -1,4 +1,4 @@
-"""What the models say of ideal solids."""
+"""Verdicts on ideal solids."""
 
 import math
 from collections.abc import Callable

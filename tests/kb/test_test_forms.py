@@ -32,7 +32,7 @@ def facts(**areas: tuple[float, float]) -> list[Fact]:
 
 
 def judged(folder: Path, scene: Iterable[Fact], **tests: str) -> Verdict:
-    """What the first of the models says, each of which has one condition."""
+    """Verdict of the first of the models, each of which has one condition."""
     path = folder / "m.pl"
     text = "".join(MODEL.format(name=name, test=test) for name, test in tests.items())
     path.write_text(HEAD + text)

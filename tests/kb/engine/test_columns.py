@@ -2,7 +2,6 @@
 
 import math
 import struct
-from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
@@ -38,12 +37,6 @@ KINDS: st.SearchStrategy[st.SearchStrategy[Term]] = st.sampled_from(
 WIDEST = 6
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 @st.composite
 def tables(draw: st.DrawFn) -> tuple[tuple[Term, ...], ...]:
     """Rows of equal width; each column has values of one kind, or of several."""
@@ -59,7 +52,7 @@ def echoed(base: KnowledgeBase, rows: tuple[tuple[Term, ...], ...]) -> list[tupl
 
 
 def exact(term: Term) -> object:
-    """What tells 0.0 from -0.0, and 1 from 1.0."""
+    """Key that tells 0.0 from -0.0, and 1 from 1.0."""
     match term:
         case float():
             return struct.pack("<d", term)

@@ -296,23 +296,6 @@ def test_prolog_starts_and_reads_its_files_whatever_its_surroundings(
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.1, 0.2])
-@pytest.mark.slow
-def test_an_interrupted_start_may_be_tried_again(seconds: float) -> None:
-    run = python(
-        "import os, signal, threading\n"
-        "from facetlog.kb.knowledge_base import KnowledgeBase\n"
-        f"threading.Timer({seconds}, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-        "try:\n"
-        "    KnowledgeBase()\n"
-        "    threading.Event().wait(1.0)\n"
-        "except KeyboardInterrupt:\n"
-        "    pass\n"
-        "print(list(KnowledgeBase().query('X = 1')))\n"
-    )
-    assert (run.returncode, run.stdout, run.stderr) == (0, "[(1,)]\n", "")
-
-
-@pytest.mark.parametrize("seconds", [0.02, 0.1, 0.2])
 def test_a_process_that_is_interrupted_at_the_start_ends_without_a_word(seconds: float) -> None:
     run = python(
         "import os, signal, threading\n"

@@ -76,7 +76,7 @@ def test_a_fact_comes_from_the_faces_that_it_names(facts: list[Fact]) -> None:
 
 @pytest.fixture
 def with_pieces(facts: list[Fact]) -> list[Fact]:
-    """The same with a piece that has two of the faces as its own, and an opening in one of them."""
+    """The facts with a piece that owns two of the faces, and an opening in one of them."""
     return [
         *facts,
         ("piece", "p1"),

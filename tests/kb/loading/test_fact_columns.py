@@ -1,7 +1,5 @@
 """Facts on their way into a scene: exactly, in order, and refused by name."""
 
-from collections.abc import Iterator
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -27,14 +25,8 @@ SCENES = st.lists(
 ARITY = {"face": 1, "area": 3, "corner": 3, "point_cov": 7, "observed": 6}
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 def loaded(base: KnowledgeBase, facts: list[Fact], name: str) -> list[tuple[Term, ...]]:
-    """What the scene holds of one kind, atoms as texts."""
+    """Facts of one kind that the scene holds, atoms as texts."""
     base.load_scene("s", facts)
     variables = ",".join(f"V{i}" for i in range(ARITY[name]))
     rows = base.query(f"{name}({variables})", scenes=("s",))

@@ -31,7 +31,7 @@ size(asks, _, _, Second, offset(First, Second)) :-
 
 @st.composite
 def offsets(draw: st.DrawFn) -> list[Fact]:
-    """Of each two of some names, in either order, most often in the order of the names."""
+    """Offsets of each two of some names, in either order, most often in the order of the names."""
     names = draw(NAMES)
     found: list[Fact] = [
         (a, b, draw(VALUES), 0.5) for a, b in permutations(dict.fromkeys(names), 2)

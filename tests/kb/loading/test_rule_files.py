@@ -1,4 +1,4 @@
-"""What becomes of users' files of rules: faults and their places, warnings, trust, replacement."""
+"""Users' files of rules: faults and their places, warnings, trust, replacement."""
 
 import gc
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ class Shelf(NamedTuple):
         return self.base.load_rules(self.path, trusted=trusted)
 
     def faults(self, text: str, *, trusted: bool = True) -> list[str]:
-        """What is wrong with the text, each without the file's name."""
+        """Faults of the text, each without the file's name."""
         before = dict(self.base.models)
         with pytest.raises(RuleSyntaxError) as caught:
             self.load(text, trusted=trusted)

@@ -16,12 +16,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import facetlog
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.terms import Struct, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.scene_cache import (
     SceneCache,
-    _content,
     default_folder,
 )
 from facetlog.perception.facts.all_facts import scene_facts
@@ -91,7 +90,7 @@ def saved(prolog: Prolog, cache: SceneCache) -> Path:
 
 
 def loads(prolog: Prolog, cache: SceneCache, path: Path) -> list[Struct] | None:
-    """What the cache puts into a fresh scene, which stays empty if the cache has nothing."""
+    """Facts that the cache puts into a fresh scene, which stays empty if the cache has nothing."""
     with prolog.scene() as module:
         count = cache.load(path, module, prolog.ask)
         facts = prolog.facts(module)
@@ -174,19 +173,6 @@ def test_a_file_under_the_name_of_another_is_not_loaded(
     assert other is not None
     saved.rename(other)
     assert loads(prolog, cache, other) is None
-
-
-def test_a_file_with_other_facts_than_it_says_leaves_the_scene_empty(
-    prolog: Prolog, cache: SceneCache, saved: Path, tmp_path: Path
-) -> None:
-    with prolog.scene(BLOCK) as module:
-        file = tmp_path / "facts.qlf"
-        save = Struct("save", (Atom(module), Atom(str(file))))
-        assert prolog.ask("save_scene", term_text(save)) == len(BLOCK)
-        content = _content(saved, module, file.read_bytes(), len(BLOCK) + 1)
-    assert content is not None
-    saved.write_bytes(content)
-    assert loads(prolog, cache, saved) is None
 
 
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o1777])
