@@ -1,7 +1,7 @@
 % Words for pieces on facts written by hand.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(prove)).
 
 :- dynamic scene_now/1.
 
