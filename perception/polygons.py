@@ -104,8 +104,8 @@ def triangulate(polygons: Any) -> FloatArray:
     return corners
 
 
-# GEOS sets the flag of coordinates near the least number, whose areas are right all the same.
-@np.errstate(invalid="ignore")
+# GEOS sets flags of coordinates near the least number, whose areas are right all the same.
+@np.errstate(all="ignore")
 def _overlay(operation: Callable[..., Any], *sets: Any, grid_size: float | None = None) -> Any:
     # of polygons that are not valid some results are wrong without an exception
     sets = tuple(make_valid(each) for each in sets)

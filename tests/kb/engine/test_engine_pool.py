@@ -19,7 +19,7 @@ from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
 from tests.kb.fresh import ENVIRONMENT, python
-from tests.patience import allowed
+from tests.patience import GRACE, allowed
 
 ENDLESS = "between(1, inf, X), X < 0"
 STUCK = "sleeps"  # a single step outside Prolog, which heeds no signal
@@ -30,8 +30,10 @@ UNLIMITED = Limits(seconds=60.0, inferences=10**15)
 def base() -> Iterator[KnowledgeBase]:
     with KnowledgeBase() as base:
         base.load_scene("s", [("face", "f1"), ("face", "f2")])
-        base.define(STUCK, 0, lambda: time.sleep(2.0))
+        released = threading.Event()
+        base.define(STUCK, 0, lambda: released.wait(4 * GRACE))
         yield base
+        released.set()
 
 
 def usable(base: KnowledgeBase) -> bool:
@@ -148,7 +150,7 @@ def test_memory_is_limited(base: KnowledgeBase) -> None:
 
 
 @pytest.mark.parametrize("question", [ENDLESS, STUCK])
-def test_ctrl_c_is_heeded_within_a_second(base: KnowledgeBase, question: str) -> None:
+def test_ctrl_c_is_heeded(base: KnowledgeBase, question: str) -> None:
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     begin = time.monotonic()
     with pytest.raises(KeyboardInterrupt):

@@ -38,7 +38,7 @@ def box_entry(
     origins: FloatArray, rays: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Parameter at which rays enter a box along the axes, infinite where they do not."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - origins) / rays, (high - origins) / rays
     enter, leave = np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
     return np.where((enter <= leave) & (enter > 0), enter, np.inf)
