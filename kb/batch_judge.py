@@ -10,14 +10,14 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from facetlog.errors import EngineError
 from facetlog.kb.brief_verdict import STACKS, BriefVerdict, Conditions, Cost
 from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
-from facetlog.kb.engine.leftovers import scene_module
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.transport import LOAD_SECONDS, scene_module
 from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.records import decode_record
 from facetlog.kb.explaining.wording import UNSEEN
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
@@ -46,6 +46,11 @@ LIMITS = {"stacks": STACKS, "inferences": "the limit of inferences"}
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
+# opened(Kinds, General): the kinds of facts that models need, and of which models some are special.
+_OPENED = tuple[tuple[tuple[str, int], ...], tuple[tuple[str, tuple[str, ...]], ...]]
+# conditions(Model, Count, Interpreted) of each model.
+_CONDITIONS = tuple[tuple[str, int, tuple[str, ...]], ...]
+
 
 class BatchJudge(Closing):
     """The built-in models and the user's, judged on many scenes; arguments as for
@@ -73,13 +78,13 @@ class BatchJudge(Closing):
         self._needed: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
         try:
-            self._batch = self._opened()
+            self._batch = self._open_batch()
         except BaseException:
             self._base.close()
             raise
 
-    def _opened(self) -> str:
-        """The name of a batch whose models are ready, for the facts of a fresh module.
+    def _open_batch(self) -> str:
+        """Return the name of a batch whose models are ready, for the facts of a fresh module.
 
         What the models are specialised to is kept, under the name of that module.
         """
@@ -87,27 +92,27 @@ class BatchJudge(Closing):
         for model, rules in self._base.models.items():
             of_module[rules.module].append(Atom(model))
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
-        self._scene, path = self._place(models)
+        self._scene, path = self._choose_module_and_file(models)
         batch = f"{self._scene}:batch"
         loaded = self._code.load(path, self._scene, self._base.send, "load_batch")
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
-        opened = self._base.request("open_batch", about, keep=batch)
+        opened = self._base.request("open_batch", about, seconds=LOAD_SECONDS)
         if loaded is None:
             self._code.save(path, self._scene, self._base.send, "save_batch")
-        kinds, self._general = _opened(opened)
-        self._needed = frozenset(map(_functor, _items(kinds))) | SURFACES.keys()
-        self._in_order = sorted(self._needed)
+        kinds, general = decode_record(opened, _OPENED)
+        self._general: dict[str, tuple[str, ...]] = dict(general)
+        self._needed = frozenset(kinds) | SURFACES.keys()
         return batch
 
-    def _place(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
-        """The module that the models are specialised into, and the file that keeps it, if any.
+    def _choose_module_and_file(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
+        """Return the module that the models are specialised into, and the file that keeps it, if
+        any.
 
         The module is named by what the file depends on: clauses name it. One that is in use cannot
-        be another batch's. Nothing is kept of a stranger's models, whose process may write no file,
-        nor of Prolog, which may load files that nobody knows of.
+        be another batch's. Nothing is kept of Prolog, which may load files that nobody knows of.
         """
         paths = self._base.rule_files
-        if self._base.isolated or any(path.suffix != MODEL_SUFFIX for path in paths):
+        if any(path.suffix != MODEL_SUFFIX for path in paths):
             return scene_module(), None
         total = hashlib.sha256(f"{self.models_hash} crisp={self._crisp}\n".encode())
         total.update(term_text(models).encode())
@@ -128,11 +133,6 @@ class BatchJudge(Closing):
             _in_use.discard(self._scene)
 
     @property
-    def process_id(self) -> int | None:
-        """Of the isolated process, if one is running."""
-        return self._base.process_id
-
-    @property
     def models(self) -> tuple[str, ...]:
         """The names of the models, in the order in which verdicts are given."""
         return tuple(self._base.models)
@@ -148,13 +148,14 @@ class BatchJudge(Closing):
         return self._needed
 
     def conditions(self) -> dict[str, Conditions]:
-        """How the conditions of each model are judged."""
-        self._batch = self._batch or self._opened()
+        """Return how the conditions of each model are judged."""
+        self._batch = self._batch or self._open_batch()
         about = Struct("batch", (Atom(self._batch),))
-        return dict(map(_conditions, _items(self._base.request("batch_conditions", about))))
+        found = decode_record(self._base.request("batch_conditions", about), _CONDITIONS)
+        return {model: Conditions(count, labels) for model, count, labels in found}
 
     def close(self) -> None:
-        """Forgets the models."""
+        """Forget the models."""
         if self._batch is not None:
             self._forget(self._batch)
             self._batch = None
@@ -163,7 +164,8 @@ class BatchJudge(Closing):
     def judge(
         self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
     ) -> tuple[BriefVerdict, ...]:
-        """What each model says of each thing of a scene, things and models in their order.
+        """Return the verdict of each model on each thing of a scene, things and models in their
+        order.
 
         `rows` are the facts, or for each functor its rows without it. Raises EngineError if a limit
         is reached; the next scene is judged as if nothing had been.
@@ -171,8 +173,8 @@ class BatchJudge(Closing):
         return self.judge_columns(_columns_of(rows))
 
     def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
-        """The same of facts by functor, column by column."""
-        batch = self._batch or self._opened()
+        """Return the verdicts on facts that are given by functor, column by column."""
+        batch = self._batch or self._open_batch()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
         self._batch = None
         needed = {
@@ -199,7 +201,7 @@ class BatchJudge(Closing):
     def _verdicts(
         self, fields: Sequence[str], kinds: Mapping[str, InputKind]
     ) -> Iterator[BriefVerdict]:
-        """From the text of encoded_verdicts/4 of batch.pl."""
+        """Decode the text of encoded_verdicts/4 of batch.pl."""
         field = iter(fields)
         for model in field:
             thing, state, low, high = (next(field) for _ in range(4))
@@ -239,7 +241,8 @@ class BatchJudge(Closing):
 
 
 def _columns_of(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
-    """Rows as columns, of functors that have any; those of other lengths are not of the schema."""
+    """Return rows as columns, of functors that have any; those of other lengths are not of the
+    schema."""
     kinds: Mapping[str, Sequence[Fact]]
     if isinstance(rows, Mapping):
         kinds = rows
@@ -265,50 +268,13 @@ def _part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:
 def _fields(said: Term) -> Sequence[str]:
     if isinstance(said, str):
         return said.split(SEPARATOR) if said else ()
-    return tuple(map(str, _items(said)))
-
-
-def _items(term: Term) -> tuple[Term, ...]:
-    if isinstance(term, tuple):
-        return term
-    raise _unreadable()
-
-
-def _functor(term: Term) -> tuple[str, int]:
-    match term:
-        case Struct("-", (Atom(name), int(arity))):
-            return str(name), arity
-    raise _unreadable()
-
-
-def _opened(term: Term) -> tuple[Term, Mapping[str, tuple[str, ...]]]:
-    """The kinds of facts that models need, and of which models some are special cases."""
-    match term:
-        case Struct("opened", (kinds, tuple(general))):
-            return kinds, dict(map(_special, general))
-    raise _unreadable()
-
-
-def _special(term: Term) -> tuple[str, tuple[str, ...]]:
-    match term:
-        case Struct("-", (Atom(model), tuple(others))):
-            return str(model), tuple(map(str, others))
-    raise _unreadable()
-
-
-def _conditions(term: Term) -> tuple[str, Conditions]:
-    match term:
-        case Struct("conditions", (Atom(model), int(count), labels)):
-            return str(model), Conditions(count, tuple(map(str, _items(labels))))
-    raise _unreadable()
-
-
-def _unreadable() -> EngineError:
-    return EngineError("Prolog's brief verdicts cannot be read")
+    fields: tuple[str, ...] = decode_record(said, tuple[str, ...])
+    return fields
 
 
 def _models_hash(base: KnowledgeBase) -> str:
-    """A digest of the models' clauses and of what they are judged by, the same on every machine."""
+    """Return a digest of the models' clauses and of what they are judged by, the same on every
+    machine."""
     total = hashlib.sha256()
     for model, rules in base.models.items():
         total.update(f"{model}={rules.content}\n".encode())

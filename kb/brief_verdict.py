@@ -12,8 +12,8 @@ STACKS = "the limit of memory (Prolog's stacks)"
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What it took to judge one thing by one model: assignments proposed, inferences of Prolog,
-    seconds of processor time."""
+    """Cost of judging one thing by one model: assignments proposed, inferences of Prolog, seconds
+    of processor time."""
 
     candidates: int = 0
     inferences: int = 0
@@ -38,7 +38,7 @@ class Conditions:
 
 @dataclass(frozen=True, slots=True)
 class BriefVerdict:
-    """What one model says of one thing, as `Verdict` has it.
+    """Verdict of one model on one thing, as `Verdict` has it.
 
     `parts` are (role, names), none where nothing was seen for the role; `sizes` are
     (name, value, standard deviation).

@@ -69,7 +69,7 @@ class Curve:
                 raise ValueError("a calibration may not fall as the score grows")
 
     def at(self, score: float) -> float:
-        """The share at a score; beyond the first and last knot, theirs."""
+        """Return the share at a score; beyond the first and last knot, theirs."""
         after = bisect_left(self.knots, score, key=itemgetter(0))
         if after == 0:
             return self.knots[0][1]
@@ -92,7 +92,7 @@ class Maps:
     models: Mapping[str, tuple[str, Curve]] = field(default_factory=lambda: MappingProxyType({}))
 
     def curve(self, model: str, content: str) -> Curve:
-        """The map of a model with this `judging_key`: its own if counted, else the pooled."""
+        """Return the map of a model of this `judging_key`: its own if counted, else the pooled."""
         counted, own = self.models.get(model, ("", self.pooled))
         return own if content and counted == content else self.pooled
 
@@ -109,19 +109,19 @@ class Calibration:
     def confidence(
         self, model: str, content: str, kind: InputKind, state: State, low: float, high: float
     ) -> float | None:
-        """How often a thing is what the model describes where its verdict on such input has this
-        state, and its degree these bounds; or None."""
+        """Return how often a thing is what the model describes where its verdict on such input has
+        this state, and its degree these bounds; or None."""
         maps = self.maps.get((kind, state))
         return None if maps is None else maps.curve(model, content).at((low + high) / 2)
 
     def applied(self, verdict: Verdict, content: str, kind: InputKind) -> Verdict:
-        """The verdict with its confidence; one on no thing at all has none."""
+        """Return the verdict with its confidence; one on no thing at all has none."""
         low, high = verdict.degree, verdict.degree_at_most
         said = self.confidence(verdict.model, content, kind, verdict.state, low, high)
         return replace(verdict, confidence=said if verdict.thing else None)
 
     def to_json(self) -> dict[str, Any]:
-        """The maps as plain data, with the schema's name."""
+        """Return the maps as plain data, with the schema's name."""
         kinds: dict[str, dict[str, Any]] = {}
         for (kind, state), maps in sorted(self.maps.items()):
             kinds.setdefault(kind.value, {})[state.value] = {
@@ -135,7 +135,7 @@ class Calibration:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Calibration":
-        """The maps that `to_json` wrote. Raises ValueError for anything else."""
+        """Return the maps that `to_json` wrote. Raises ValueError for anything else."""
         try:
             if data["schema"] != SCHEMA:
                 raise ValueError(f"a calibration has the schema {SCHEMA}, not {data['schema']}")
@@ -150,15 +150,17 @@ class Calibration:
 
 
 def _maps(data: Mapping[str, Any]) -> Maps:
-    models = {str(name): (str(one["content"]), _curve(one)) for name, one in data["models"].items()}
-    return Maps(_curve(data["all"]), MappingProxyType(models))
+    models = {
+        str(name): (str(one["content"]), _read_curve(one)) for name, one in data["models"].items()
+    }
+    return Maps(_read_curve(data["all"]), MappingProxyType(models))
 
 
 def _curve_json(curve: Curve) -> dict[str, Any]:
     return {"samples": curve.samples, "knots": [list(knot) for knot in curve.knots]}
 
 
-def _curve(data: Mapping[str, Any]) -> Curve:
+def _read_curve(data: Mapping[str, Any]) -> Curve:
     knots = tuple((float(score), float(right)) for score, right in data["knots"])
     return Curve(int(data["samples"]), knots)
 
@@ -173,7 +175,7 @@ _EMPTY_LINES = re.compile(r"\n\s*\n")
 
 
 def content_key(text: str) -> str:
-    """A short digest of a model's clauses: what another text says has another one.
+    """Return a short digest of a model's clauses: what another text says has another one.
 
     Comments, and the lines that a compiled clause names, do not count.
     """
@@ -182,7 +184,7 @@ def content_key(text: str) -> str:
 
 
 def judging_key(text: str) -> str:
-    """The `content_key` of what a model judges by; calibrations go by it.
+    """Return the `content_key` of what a model judges by; calibrations go by it.
 
     Sizes, which a verdict reports, the names that go after it, examples and how the author wrote a
     line judge nothing: a model that says the same in other words is as often right.
@@ -193,6 +195,6 @@ def judging_key(text: str) -> str:
 
 @cache
 def shipped_calibration() -> Calibration:
-    """The calibration that comes with the program."""
+    """Return the calibration that comes with the program."""
     text = files("facetlog.kb").joinpath(SHIPPED).read_text(encoding="utf-8")
     return Calibration.from_json(json.loads(text))

@@ -83,8 +83,8 @@ class Sample:
 
 
 def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
-    """The maps of all kinds of input and states that have samples; `contents` holds the content
-    key of each model.
+    """Return the maps of all kinds of input and states that have samples; `contents` holds the
+    content key of each model.
 
     A kind has maps of each state that any kind has. Raises KeyError for a model whose content is
     not given.
@@ -99,17 +99,17 @@ def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
         levels = _levels(some, form.rising)
         for kind in kinds:
             own = {
-                model: (contents[model], _curve(levels, (kind, model), form.strength))
+                model: (contents[model], _shrink_level(levels, (kind, model), form.strength))
                 for its_kind, model in models
                 if its_kind is kind
             }
-            pooled = _curve(levels, (kind,), form.strength)
+            pooled = _shrink_level(levels, (kind,), form.strength)
             found[kind, state] = Maps(pooled, MappingProxyType(own))
     return Calibration(MappingProxyType(found))
 
 
 def held_out(samples: Sequence[Sample], contents: Mapping[str, str]) -> tuple[float, ...]:
-    """The confidence of each sample by maps fitted to all other sources than its own.
+    """Return the confidence of each sample by maps fitted to all other sources than its own.
 
     Its score as it stands where no other source has its kind of input or its state.
     """
@@ -126,8 +126,8 @@ def held_out(samples: Sequence[Sample], contents: Mapping[str, str]) -> tuple[fl
 
 
 def chosen_form(samples: Sequence[Sample]) -> Form:
-    """The one of `FORMS` whose maps, fitted to all other sources, give the samples of each source
-    the highest likelihood; the first of those that do so equally well.
+    """Return the one of `FORMS` whose maps, fitted to all other sources, give the samples of each
+    source the highest likelihood; the first of those that do so equally well.
 
     Maps that rise are taken only if they do so by more than a standard error over the sources
     (Breiman and others 1984): the order of names hangs on it, and few verdicts hold.
@@ -140,10 +140,12 @@ def chosen_form(samples: Sequence[Sample]) -> Form:
         for rising in (False, True) if outside else ():
             levels = _levels(outside, rising)
             for sample in inside:
-                shares = _shares(_chain(levels, (sample.kind, sample.model)), sample.score)
+                shares = _list_shares(
+                    _list_levels(levels, (sample.kind, sample.model)), sample.score
+                )
                 for form in FORMS:
                     if form.rising == rising:
-                        said = _shrunk(shares, form.strength)
+                        said = _shrink_shares(shares, form.strength)
                         losses[form][nth] -= math.log(said if sample.truth else 1.0 - said)
     flat, rises = (
         min((form for form in FORMS if form.rising == rising), key=lambda form: losses[form].sum())
@@ -155,7 +157,7 @@ def chosen_form(samples: Sequence[Sample]) -> Form:
 
 
 Key: TypeAlias = tuple[str, ...]
-"""Of a level: () for all samples, (kind of input,), or (kind of input, model)."""
+"""Key of a level: () for all samples, (kind of input,), or (kind of input, model)."""
 
 Levels: TypeAlias = Mapping[Key, tuple[Curve, int]]
 """The map of each level, not shrunk yet, and how many sources it was seen in."""
@@ -167,48 +169,50 @@ def _levels(samples: Iterable[Sample], rising: bool) -> Levels:
         for key in ((), (sample.kind,), (sample.kind, sample.model)):
             found[key].append(sample)
     return {
-        key: (_fitted(some, rising), len({s.source for s in some})) for key, some in found.items()
+        key: (_fit_curve(some, rising), len({s.source for s in some}))
+        for key, some in found.items()
     }
 
 
-def _chain(levels: Levels, key: Key) -> tuple[tuple[Curve, int], ...]:
-    """A level and those above it, from the top; without those that no sample is of."""
+def _list_levels(levels: Levels, key: Key) -> tuple[tuple[Curve, int], ...]:
+    """Return a level and those above it, from the top; without those that no sample is of."""
     every = (key[:length] for length in range(len(key) + 1))
     return tuple(levels[one] for one in every if one in levels)
 
 
-def _shares(chain: Iterable[tuple[Curve, int]], score: float) -> tuple[tuple[float, int], ...]:
+def _list_shares(chain: Iterable[tuple[Curve, int]], score: float) -> tuple[tuple[float, int], ...]:
     return tuple((curve.at(score), sources) for curve, sources in chain)
 
 
-def _shrunk(shares: Sequence[tuple[float, int]], strength: float) -> float:
-    """What levels come to of which each has a share and a number of sources, from the top."""
+def _shrink_shares(shares: Sequence[tuple[float, int]], strength: float) -> float:
+    """Return the shrunk share of levels (share, number of sources) from the top."""
     (said, _), *below = shares
     for share, sources in below:
         said += (share - said) * sources / (sources + strength)
     return said
 
 
-def _curve(levels: Levels, key: Key, strength: float) -> Curve:
-    """The map of a level, shrunk: straight between the knots of all levels that it consists of."""
-    chain = _chain(levels, key)
+def _shrink_level(levels: Levels, key: Key, strength: float) -> Curve:
+    """Return the map of a level, shrunk: straight between the knots of all levels that it consists
+    of."""
+    chain = _list_levels(levels, key)
     counted = levels[key][0].samples if key in levels else 0
     scores = sorted({at for curve, _ in chain for at, _ in curve.knots})
-    said = [round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores]
-    return Curve(counted, tuple(_bends(list(zip(scores, said, strict=True)))))
+    said = [round(_shrink_shares(_list_shares(chain, at), strength), DIGITS) for at in scores]
+    return Curve(counted, tuple(_drop_level_knots(list(zip(scores, said, strict=True)))))
 
 
-def _bends(knots: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
-    """The knots without those in the middle of a level stretch."""
+def _drop_level_knots(knots: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
+    """Return the knots without those in the middle of a level stretch."""
     for i, (at, share) in enumerate(knots):
         if {one for _, one in knots[max(0, i - 1) : i + 2]} != {share} or i in (0, len(knots) - 1):
             yield at, share
 
 
-def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:
-    """The map of samples: isotonic regression, or one step if it is not to rise; the prior added to
-    each step, and regression once more: near 1/2 it moves a short step more than a long one, past
-    which it might so come."""
+def _fit_curve(samples: Sequence[Sample], rising: bool) -> Curve:
+    """Return the map of samples: isotonic regression, or one step if it is not to rise; the prior
+    added to each step, and regression once more: near 1/2 it moves a short step more than a long
+    one, past which it might so come."""
     at, index = np.unique([round(s.score, DIGITS) for s in samples], return_inverse=True)
     totals = np.bincount(index).astype(np.float64)
     rights = np.bincount(index, weights=[float(s.truth) for s in samples])
@@ -225,14 +229,14 @@ def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:
 
 
 def _steps(shares: FloatArray, weights: FloatArray) -> NDArray[np.int64]:
-    """The number of the step that each share is put into."""
+    """Return the number of the step that each share is put into."""
     found = isotonic_regression(shares, weights=weights)
     return np.repeat(np.arange(len(found.weights)), np.diff(found.blocks))
 
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """Of all that was given a probability from `low` to `high`: how many, the mean of what was
+    """Forecasts that were given a probability from `low` to `high`: how many, the mean of what was
     said, and the share that was true."""
 
     low: float
@@ -245,7 +249,7 @@ class Bin:
 def reliability_table(
     probabilities: Sequence[float], truths: Sequence[bool], bins: int = 10
 ) -> tuple[Bin, ...]:
-    """The bins of equal width that hold anything, from the lowest.
+    """Return the bins of equal width that hold anything, from the lowest.
 
     Raises ValueError for a probability outside [0, 1], or if there is not one truth for each.
 
@@ -273,7 +277,8 @@ def reliability_table(
 def expected_calibration_error(
     probabilities: Sequence[float], truths: Sequence[bool], bins: int = 10
 ) -> float:
-    """The mean over all samples of |what was said - what was true| in their bin; 0 without any.
+    """Return the mean over all samples of |what was said - what was true| in their bin; 0 without
+    any.
 
     Naeini, Cooper and Hauskrecht, "Obtaining well calibrated probabilities", 2015, equation 1.
     """

@@ -1,7 +1,7 @@
 """Which lines of models ever decided a verdict, over examples and labelled scenes."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from facetlog.kb.explaining.proof import Note, Proof, State
@@ -32,15 +32,8 @@ class LineCoverage:
         return self.decided == 0 and not self.expected
 
     def to_json(self) -> dict[str, Any]:
-        """The counts as plain data."""
-        return {
-            "label": self.label,
-            "expected": self.expected,
-            "held": self.held,
-            "failed": self.failed,
-            "unknown": self.unknown,
-            "decided": self.decided,
-        }
+        """Return the counts as plain data."""
+        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +57,7 @@ class ModelCoverage:
         return tuple(line.label for line in self.lines if line.is_idle)
 
     def to_json(self) -> dict[str, Any]:
-        """The counts as plain data."""
+        """Return the counts as plain data."""
         return {
             "model": self.model,
             "verdicts": {"holds": self.held, "fails": self.failed, "unknown": self.unknown},
@@ -76,7 +69,8 @@ class ModelCoverage:
 def coverage(
     verdicts: Iterable[Verdict], lines: Mapping[str, Mapping[str, bool]]
 ) -> tuple[ModelCoverage, ...]:
-    """The coverage of each model of `lines`, which gives its labels, and whether only expected.
+    """Return the coverage of each model of `lines`, which gives its labels, and whether only
+    expected.
 
     Lines come in the order of the verdicts, among them counts of parts, which are not given.
     """
@@ -97,7 +91,7 @@ def _model_coverage(
             expected = _expected(condition.proof) is not None
             labels.setdefault(condition.label, given.get(condition.label, expected))
     labels |= {label: expected for label, expected in given.items() if label not in labels}
-    held, failed, unknown = _counts(verdict.state for verdict in verdicts)
+    held, failed, unknown = _count_states(verdict.state for verdict in verdicts)
     lines = tuple(_line_coverage(label, labels[label], verdicts) for label in labels)
     return ModelCoverage(model, held, failed, unknown, lines)
 
@@ -110,11 +104,11 @@ def _line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> L
         own = [c for c in verdict.conditions if c.label == label]
         states.extend(map(_seen_state, own))
         decided += _alone(own, verdict)
-    return LineCoverage(label, expected, *_counts(states), decided)
+    return LineCoverage(label, expected, *_count_states(states), decided)
 
 
 def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
-    """Whether these alone keep the verdict from holding, or from being open."""
+    """Return whether these alone keep the verdict from holding, or from being open."""
     if verdict.state is State.HOLDS:
         return False
     deciding = verdict.conditions_that(verdict.state)
@@ -122,19 +116,19 @@ def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
 
 
 def _seen_state(condition: Condition) -> State:
-    """The state of a line, or of what it expects."""
+    """Return the state of a line, or of what it expects."""
     expected = _expected(condition.proof)
     return condition.proof.state if expected is None else expected.state
 
 
 def _expected(proof: Proof) -> Proof | None:
-    """What a line expects without asking for it; None for lines that must hold."""
+    """Return the expectation of a line; None for lines that must hold."""
     if isinstance(proof.detail, Note) and proof.detail.name == "expect":
         return proof.children[0]
     return None
 
 
-def _counts(states: Iterable[State]) -> tuple[int, int, int]:
-    """How many hold, fail and are unknown."""
+def _count_states(states: Iterable[State]) -> tuple[int, int, int]:
+    """Return how many hold, fail and are unknown."""
     found = list(states)
     return found.count(State.HOLDS), found.count(State.FAILS), found.count(State.UNKNOWN)

@@ -1,4 +1,4 @@
-"""Running the examples of models: what is expected of a scene, and what came out."""
+"""Examples of models, run: what is expected of a scene, and what came out."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.promised_facts import FactMaker
+from facetlog.kb.loading.scene_facts import FactMaker
 
 __all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "example_cases", "run_cases"]
 
@@ -26,25 +26,25 @@ Raises InputError for a file that is no scene, and for sizes that nothing can ha
 """
 
 SCENE = "example"
-"""What the knowledge base calls the scene that is being asked."""
+"""Name of the scene that is being asked."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What a model should say: the state, its degree at least, and lines that are in that state."""
+    """Expected verdict: the state, its degree at least, and lines that are in that state."""
 
     state: State
     at_least: float | None = None
     because: tuple[str, ...] = ()
 
     def text(self) -> str:
-        """As an example writes it: 'fails because room, legs'."""
+        """Return the expectation as an example writes it: 'fails because room, legs'."""
         degree = "" if self.at_least is None else f" at least {self.at_least:.4g}"
         because = f" because {', '.join(self.because)}" if self.because else ""
         return f"{self.state}{degree}{because}"
 
     def problems(self, verdict: Verdict) -> tuple[str, ...]:
-        """What of the expectation is not so, a sentence each."""
+        """Return a sentence for each unmet expectation."""
         if verdict.state is not self.state:
             return (f"it {_says(verdict.state)}, expected was that it {_says(self.state)}",)
         found = []
@@ -85,7 +85,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class CaseResult:
-    """What came of a case: the verdict, if it could be asked, and what is not as expected."""
+    """Result of a case: the verdict, if it could be asked, and what is not as expected."""
 
     case: Case
     verdict: Verdict | None
@@ -97,7 +97,8 @@ class CaseResult:
         return not self.problems
 
     def lines(self) -> Iterator[str]:
-        """The problem with its place, and why the verdict is as it is; one line if it passed."""
+        """Return the problem with its place, and why the verdict is as it is; one line if it
+        passed."""
         case = self.case
         if self.passed:
             yield f'{case.place}: passed: {case.model} "{case.title}" {case.expected.text()}'
@@ -108,7 +109,7 @@ class CaseResult:
             yield from self.verdict.lines() if holds else self.verdict.miss_lines()
 
     def to_json(self) -> dict[str, Any]:
-        """The result as plain data."""
+        """Return the result as plain data."""
         case = self.case
         return {
             "title": case.title,
@@ -130,18 +131,18 @@ class CaseResult:
 def example_cases(
     analysis: Analysis, make: SceneMaker, on_demand: SceneMaker | None = None
 ) -> tuple[Case, ...]:
-    """The examples of a model file without faults, in the order of the text.
+    """Return the examples of a model file without faults, in the order of the text.
 
     `on_demand` makes the facts that `make` leaves out.
     """
     path = Path(analysis.file.source.name)
     return tuple(
-        _case(model, example, analysis, path, make, on_demand)
+        _build_case(model, example, analysis, path, make, on_demand)
         for model, example in examples_of(analysis)
     )
 
 
-def _case(
+def _build_case(
     model: s.Model,
     example: s.Example,
     analysis: Analysis,
@@ -174,7 +175,7 @@ def _scene_name(scene: s.SceneFile | s.SceneBuilt, path: Path) -> str:
 
 
 def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult]:
-    """The results of cases, those of one scene together: each scene is made and loaded once.
+    """Return the results of cases, those of one scene together: each scene is made and loaded once.
 
     What is wrong with a scene, or a limit that a model reaches, is a problem of its cases.
     """
@@ -188,12 +189,12 @@ def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult
             yield from (CaseResult(case, None, (f"the scene: {exc}",)) for case in together)
             continue
         try:
-            yield from (_result(base, case) for case in together)
+            yield from (_run_case(base, case) for case in together)
         finally:
             base.drop_scene(SCENE)
 
 
-def _result(base: KnowledgeBase, case: Case) -> CaseResult:
+def _run_case(base: KnowledgeBase, case: Case) -> CaseResult:
     try:
         verdict = base.why(SCENE, case.model, thing=case.thing or _main_thing(base, case))
     except FacetlogError as exc:
@@ -202,7 +203,8 @@ def _result(base: KnowledgeBase, case: Case) -> CaseResult:
 
 
 def _main_thing(base: KnowledgeBase, case: Case) -> str | None:
-    """The largest thing where the model should fail; None, for whichever fits best, elsewhere.
+    """Return the largest thing where the model should fail; None, for whichever fits best,
+    elsewhere.
 
     That one of many fits badly says nothing of the others.
     """

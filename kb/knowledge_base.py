@@ -19,34 +19,32 @@ from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.columns import decode_chunk
-from facetlog.kb.engine.door import LOAD_SECONDS, Door, Replies, ask, checked, clean_up
-from facetlog.kb.engine.engine_pool import engine_pool
-from facetlog.kb.engine.isolated_process import IsolatedProcess
-from facetlog.kb.engine.leftovers import (
+from facetlog.kb.engine.engine_pool import Replies, engine_pool
+from facetlog.kb.engine.python_predicates import PythonPredicate, remember
+from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.transport import (
     Leftovers,
+    ask,
+    checked,
+    clean_up,
     clear,
     clear_all,
     destroy_scene,
     leave,
     scene_module,
 )
-from facetlog.kb.engine.python_predicates import PythonPredicate, remember
-from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
-from facetlog.kb.explaining.decode_origin import decode_origin
 from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
 from facetlog.kb.explaining.origin import Origin
-from facetlog.kb.explaining.sight import Sight, decode_sight
+from facetlog.kb.explaining.records import decode_record
+from facetlog.kb.explaining.sight import Sight
 from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.builtin_rules import BUILTIN_MODELS, builtin_rules
-from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.loaded import LoadedScene, RuleFile
-from facetlog.kb.loading.promised_facts import FactMaker
+from facetlog.kb.loading.encode import Fact, declarations
+from facetlog.kb.loading.loaded import LoadedScene, RuleFile, Word, decode_words
 from facetlog.kb.loading.rule_files import RuleFiles
-from facetlog.kb.loading.scene_facts import SceneFacts
-from facetlog.kb.loading.schema import declarations
-from facetlog.kb.loading.words import Word, decode_words
+from facetlog.kb.loading.scene_facts import FactMaker, SceneFacts
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
@@ -58,19 +56,11 @@ _bases = count(1)
 class KnowledgeBase(Closing):
     """Scenes and models, and questions about them; `calibration` is at first the shipped one.
 
-    `isolated` puts Prolog into a process of its own with `memory_mb` of memory, for rules that
-    strangers wrote. A `crisp` one takes all values as exact: conditions hold, fail or are open, and
-    there are no degrees between. A context manager; what was loaded is forgotten at its end.
+    A `crisp` one takes all values as exact: conditions hold, fail or are open, and there are no
+    degrees between. A context manager; what was loaded is forgotten at its end.
     """
 
-    def __init__(
-        self,
-        limits: Limits | None = None,
-        *,
-        isolated: bool = False,
-        memory_mb: int = 1024,
-        crisp: bool = False,
-    ) -> None:
+    def __init__(self, limits: Limits | None = None, *, crisp: bool = False) -> None:
         began = perf_counter()
         self.limits = limits or Limits()
         self.calibration = Calibration() if crisp else shipped_calibration()
@@ -78,15 +68,14 @@ class KnowledgeBase(Closing):
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
         self._functions: list[int] = []
-        self._closed = True  # until there is a door
-        self._process = IsolatedProcess(memory_mb) if isolated else None
-        self._door: Door = self._process or engine_pool()
-        self._rules = RuleFiles(self._name, self._door, self._lock)
-        self._facts = SceneFacts(self._request, lambda: self._rules.on_demand)
+        self._closed = True  # until Prolog runs
+        self._pool = engine_pool()
+        self._rules = RuleFiles(self._name, self._lock)
+        self._facts = SceneFacts(self.send, lambda: self._rules.on_demand)
         self._closed = False
-        self._request("declare_facts", declarations(), state=self._name)
+        self.send("declare_facts", declarations())
         if crisp:
-            self._request("be_crisp", term_text(Atom(self._name)), state=self._name)
+            self.send("be_crisp", term_text(Atom(self._name)))
         rules = builtin_rules()
         for name in BUILTIN_MODELS:
             self._rules.load_builtin(rules / f"{name}.pl")
@@ -95,41 +84,25 @@ class KnowledgeBase(Closing):
         )
 
     def close(self) -> None:
-        """Forgets all scenes and rules; what is still being asked is forgotten afterwards."""
+        """Forget all scenes and rules; what is still being asked is forgotten afterwards."""
         with self._lock:
             if self._closed:
                 return
             self._closed = True
             left = self._leftovers()
-        if self._process is not None:
-            self._process.close()
-        else:
-            clear(left)
+        clear(left)
 
     def _leftovers(self) -> Leftovers:
         modules = tuple(scene.module for scene in self._scenes.values())
         functions = tuple(self._functions)
-        return Leftovers(self._name, self._door, modules, self._rules.modules, functions)
+        return Leftovers(self._name, modules, self._rules.modules, functions)
 
     def __del__(self) -> None:
         # Nothing may be waited for here: the collector runs at any time, on any thread, with any
         # lock held. At the end of the process everything is forgotten anyway.
         if getattr(self, "_closed", True) or sys.is_finalizing():
             return
-        if self._process is not None:
-            self._process.kill()
-        else:
-            leave(self._leftovers())
-
-    @property
-    def isolated(self) -> bool:
-        """Whether Prolog runs in a process of its own."""
-        return self._process is not None
-
-    @property
-    def process_id(self) -> int | None:
-        """Of the isolated process, if one is running."""
-        return None if self._process is None else self._process.process_id
+        leave(self._leftovers())
 
     @property
     def scenes(self) -> Mapping[str, LoadedScene]:
@@ -144,7 +117,8 @@ class KnowledgeBase(Closing):
         cache_key: str | None = None,
         on_demand: FactMaker | None = None,
     ) -> LoadedScene:
-        """The scene with these facts; it takes the place of one of the same name, if it loads.
+        """Return the scene with these facts; it takes the place of one of the same name, if it
+        loads.
 
         `cache_key` says what the facts are made from and by what: if facts of that key were loaded
         before, compiled ones are taken, and `facts` is not read at all. `on_demand` makes those
@@ -152,12 +126,10 @@ class KnowledgeBase(Closing):
         behind, if a fact is not one of the schema.
         """
         began, module = perf_counter(), scene_module()
-        self._request("new_scene", term_text(Atom(module)), state=module)
-        # An isolated process writes no files, and may have to load again when ours are gone.
-        key = None if self.isolated else cache_key
+        self.send("new_scene", term_text(Atom(module)))
         try:
-            total = self._facts.load(module, facts, key)
-            said = self._request("known_of_scene", term_text(Atom(module)))
+            total = self._facts.load(module, facts, cache_key)
+            said = self.send("known_of_scene", term_text(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
             surfaces = {
@@ -168,14 +140,13 @@ class KnowledgeBase(Closing):
             }
             scene = LoadedScene(name, module, total, unit, MappingProxyType(surfaces))
             with self._lock:
-                named = _terms("named", self._name, name, module)
-                self._request("name_scene", named, state=module)
+                self.send("name_scene", _terms("named", self._name, name, module))
                 old = self._scenes.pop(name, None)
                 self._scenes[name] = scene
                 self._facts.promise(module, on_demand)
         except BaseException:
             self._facts.forget(module)
-            destroy_scene(self._door, module)
+            destroy_scene(module)
             raise
         if old is not None:
             self._forget(old)
@@ -183,19 +154,19 @@ class KnowledgeBase(Closing):
         return scene
 
     def drop_scene(self, name: str) -> None:
-        """Forgets the scene. Raises KeyError if there is none of that name."""
+        """Forget the scene. Raises KeyError if there is none of that name."""
         with self._lock:
             scene = self._scenes.pop(name)
             self._check_open()
-            clean_up(self._door, "unname_scene", _terms("named", self._name, name))
+            clean_up("unname_scene", _terms("named", self._name, name))
         self._forget(scene)
 
     def _forget(self, scene: LoadedScene) -> None:
         self._facts.forget(scene.module)
-        destroy_scene(self._door, scene.module)
+        destroy_scene(scene.module)
 
     def load_rules(self, path: Path, *, trusted: bool = False) -> RuleFile:
-        """The models of a user's file, loaded into a module of their own.
+        """Return the models of a user's file, loaded into a module of their own.
 
         A model takes the place of a built-in one of the same name, and the file that of the same
         file loaded before. A file in the model language is compiled to clauses that have no
@@ -208,11 +179,6 @@ class KnowledgeBase(Closing):
         self._check_open()
         return self._rules.load(Path(path), trusted=trusted)
 
-    def unload_rules(self, rules: RuleFile) -> None:
-        """Forgets a user's file."""
-        self._check_open()
-        self._rules.unload(rules)
-
     @property
     def models(self) -> Mapping[str, RuleFile]:
         """Each model and the file that defines it; the one loaded last wins."""
@@ -224,19 +190,14 @@ class KnowledgeBase(Closing):
         return self._rules.files
 
     def words(self) -> tuple[Word, ...]:
-        """The words that a question may use, facts among them."""
-        return decode_words(self._request("question_words", ""))
+        """Return the words that a question may use, facts among them."""
+        return decode_words(self.send("question_words", ""))
 
     def define(self, name: str, arity: int, function: PythonPredicate) -> None:
-        """Makes a Python function a predicate that questions may call; see PythonPredicate.
-
-        Raises ValueError in an isolated knowledge base: the function lives in this process.
-        """
-        if self.isolated:
-            raise ValueError("an isolated knowledge base cannot call functions of this process")
+        """Make a Python function a predicate that questions may call; see PythonPredicate."""
         key = remember(function)
         self._functions.append(key)
-        self._request(
+        self.send(
             "define_python",
             term_text(Struct("define", (Atom(self._name), Struct("/", (Atom(name), arity)), key))),
         )
@@ -250,7 +211,7 @@ class KnowledgeBase(Closing):
         most: int | None = None,
         bindings: Mapping[str, Term] = MappingProxyType({}),
     ) -> Answers:
-        """The answers to a question, which stream as they are read; at most `most` of them.
+        """Return the answers to a question, which stream as they are read; at most `most` of them.
 
         `goal` is written as in docs/queries.md. `bindings` gives values to its variables. It is
         about all scenes, or those named. Raises QueryError for a question that cannot be asked, and
@@ -272,11 +233,11 @@ class KnowledgeBase(Closing):
                 goal,
             )
             text = term_text(Struct("query", question))
-            replies = self._door.replies("query", text, seconds=limits.seconds)
+            replies = self._pool.replies("query", text, seconds=limits.seconds)
         return _read_answers(replies, goal)
 
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
-        """What a model says of a thing of a scene: the best assignment of its parts."""
+        """Return the verdict of a model on a thing of a scene: the best assignment of its parts."""
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
         verdict = self._verdict("judge", scene, about)
         return self._calibrated(verdict, scene)
@@ -289,12 +250,12 @@ class KnowledgeBase(Closing):
         thing: str | None = None,
         parts: Mapping[str, str] = MappingProxyType({}),
     ) -> Verdict:
-        """The verdict on the best assignment that agrees with `parts` (role to face).
+        """Return the verdict on the best assignment that agrees with `parts` (role to face).
 
         Of one thing, or of whichever fits best; without confidence if parts are given. Raises
         QueryError for a model, a role, a thing or a face that there is not.
         """
-        verdict = self._verdict("why", scene, self._about(model, thing, parts))
+        verdict = self._verdict("why", scene, self._build_subject_terms(model, thing, parts))
         sight = self._sight(scene, verdict.thing)
         if verdict.is_unseen:
             missed = unseen(sight, verdict.thing, self._scene(scene).length_unit)
@@ -307,7 +268,7 @@ class KnowledgeBase(Closing):
         return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
 
     def with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
-        """The verdicts, where something was not seen with why, and from where it could be."""
+        """Return the verdicts; where something was not seen, with the cause and the way out."""
         unit = self._scene(scene).length_unit
         missed = {
             thing: unseen(self._sight(scene, thing), thing, unit)
@@ -319,10 +280,13 @@ class KnowledgeBase(Closing):
         )
 
     def _sight(self, scene: str, thing: str) -> Sight:
-        return decode_sight(self._explained("sight", scene, (Atom(thing),)))
+        sight: Sight = decode_record(
+            self._request_explanation("sight", scene, (Atom(thing),)), Sight
+        )
+        return sight
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
-        answer = self._explained(operation, scene, about)
+        answer = self._request_explanation(operation, scene, about)
         verdict = decode_verdict(answer, length_unit=self._scene(scene).length_unit)
         rules = self._model(verdict.model)
         others = rules.rather_than.get(verdict.model, ())
@@ -337,30 +301,34 @@ class KnowledgeBase(Closing):
         parts: Mapping[str, str] = MappingProxyType({}),
         count: int = 5,
     ) -> tuple[Verdict, ...]:
-        """At most `count` assignments that the model does not hold for, the nearest miss first.
+        """Return at most `count` assignments that the model does not hold for, the nearest miss
+        first.
 
         Arguments and errors as for `why`.
         """
-        about = (*self._about(model, thing, parts), int(count))
-        found = self._explained("why_not", scene, about)
+        about = (*self._build_subject_terms(model, thing, parts), int(count))
+        found = self._request_explanation("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
         return self.with_unseen(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:
-        """Where something of a scene, or a fact, comes from: down to views and pixels.
+        """Return where something of a scene, or a fact, comes from: down to views and pixels.
 
         `about` is the name of a face, edge, vertex, thing, piece, opening or view, or the fact as
         text, of which later arguments may be left out: "angle(f1, f2)". Raises QueryError if the
         scene has nothing of that name.
         """
-        return decode_origin(self._explained("origin", scene, (about,)))
+        origin: Origin = decode_record(self._request_explanation("origin", scene, (about,)), Origin)
+        return origin
 
-    def _about(self, model: str, thing: str | None, parts: Mapping[str, str]) -> tuple[Term, ...]:
+    def _build_subject_terms(
+        self, model: str, thing: str | None, parts: Mapping[str, str]
+    ) -> tuple[Term, ...]:
         things: Term = Atom("all") if thing is None else (Atom(thing),)
         given = tuple(Struct("-", (Atom(role), Atom(face))) for role, face in parts.items())
         return (Atom(self._model(model).module), Atom(model), things, given)
 
-    def _explained(self, operation: str, scene: str, about: tuple[Term, ...]) -> Term:
+    def _request_explanation(self, operation: str, scene: str, about: tuple[Term, ...]) -> Term:
         limits = self.limits
         with self._lock:
             self._check_open()
@@ -369,37 +337,37 @@ class KnowledgeBase(Closing):
             request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
             text = term_text(Struct("request", request))
             self._facts.keep(text, (module.name,))
-            replies = self._door.replies(operation, text, seconds=limits.seconds)
+            replies = self._pool.replies(operation, text, seconds=limits.seconds)
         try:
             return checked(next(iter(replies), ()))[0]
         finally:
             replies.close()
 
     def request(
-        self, operation: str, about: Struct, columns: str = "", *, keep: str | None = None
+        self, operation: str, about: Struct, columns: str = "", *, seconds: float | None = None
     ) -> Term:
-        """The result of a request of a batch (batch_judge.py), within the limits of one question.
+        """Return the result of a request of a batch (batch_judge.py).
 
-        What is to `keep` is what later requests rest on, under that name until it is forgotten.
+        It may take as many `seconds`, by default as long as one question.
         """
         self._check_open()
         text = term_text(Struct(about.functor, (Atom(self._name), *about.args)))
         text = f"{text}\n{columns}" if columns else text
-        seconds = self.limits.seconds if keep is None else LOAD_SECONDS
-        return ask(self._door, operation, text, seconds=seconds, state=keep)
+        return ask(operation, text, seconds=seconds or self.limits.seconds)
 
     def send(self, operation: str, text: str) -> Term:
-        """The result of a request that needs no more than this text (scene_cache.py)."""
-        return self._request(operation, text)
+        """Return the result of a request that needs no more than this text."""
+        self._check_open()
+        return ask(operation, text)
 
     def forget(self, operation: str, kept: str) -> bool:
-        """Sends the request that forgets what was kept, when all that is asked now has ended.
+        """Send the request that forgets what was kept, when all that is asked now has ended.
 
         Returns whether it is forgotten already.
         """
         if self._closed:
             return False
-        return self._door.when_quiet(operation, term_text(Atom(kept)), state=kept)
+        return self._pool.when_quiet(operation, term_text(Atom(kept)))
 
     def _scene(self, name: str) -> LoadedScene:
         try:
@@ -413,10 +381,6 @@ class KnowledgeBase(Closing):
         except KeyError:
             known = ", ".join(self.models)
             raise QueryError(f"there is no model {name}; loaded are {known}") from None
-
-    def _request(self, operation: str, text: str, *, state: str | None = None) -> Term:
-        self._check_open()
-        return ask(self._door, operation, text, state=state)
 
     def _check_open(self) -> None:
         if self._closed:

@@ -15,10 +15,10 @@ from facetlog.regular_file import read_regular_text
 __all__ = ["COLUMNS", "labelled_cases"]
 
 COLUMNS = ("scene", "thing", "model", "expected")
-"""Of the table's first line; `thing` may be left out, or its cells empty."""
+"""Columns of the table's first line; `thing` may be left out, or its cells empty."""
 
 MOST_BYTES = 10_000_000
-"""Of a table: some hundred thousand labels. A larger file is none."""
+"""Size limit of a table: some hundred thousand labels. A larger file is none."""
 
 
 SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
@@ -31,7 +31,8 @@ def labelled_cases(
     known: Iterable[str],
     on_demand: SceneReader | None = None,
 ) -> tuple[Case, ...]:
-    """The cases of a table in CSV; scene files are named beside it, and read by `facts` when asked.
+    """Return the cases of a table in CSV; scene files are named beside it, and read by `facts` when
+    asked.
 
     `on_demand` makes the facts that `facts` leaves out. Raises InputError, with the line, for what
     is no such table, and for models not `known`.
@@ -43,7 +44,7 @@ def labelled_cases(
             raise InputError(f"{path}:1: the first line should be {','.join(COLUMNS)}")
         models = frozenset(known)
         return tuple(
-            _case(path, reader.line_num, row, facts, on_demand, models)
+            _build_case(path, reader.line_num, row, facts, on_demand, models)
             for row in reader
             if any(row.values())
         )
@@ -60,7 +61,7 @@ def _text(path: Path) -> str:
         raise InputError(f"{path} is no UTF-8 text: give a table in CSV") from exc
 
 
-def _case(
+def _build_case(
     path: Path,
     line: int,
     row: dict[str, str],

@@ -1,4 +1,4 @@
-"""What one question may cost."""
+"""Limits of one question."""
 
 from dataclasses import dataclass
 

@@ -12,8 +12,8 @@ from facetlog.kb.explaining.verdict import Recognition, Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.promised_facts import FactMaker
 from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_no_model, holds_words_alone
+from facetlog.kb.loading.scene_facts import FactMaker
 
 __all__ = [
     "judge_scene",
@@ -29,7 +29,8 @@ _LOG = logging.getLogger(__name__)
 
 
 def rules_in(folder: Path) -> tuple[Path, ...]:
-    """The model files of a folder, in the model language or in Prolog, in alphabetical order.
+    """Return the model files of a folder, in the model language or in Prolog, in alphabetical
+    order.
 
     Prolog files that hold words for models alone are none: who uses them loads them. Nor are files
     without any model, such as empty ones.
@@ -39,7 +40,7 @@ def rules_in(folder: Path) -> tuple[Path, ...]:
 
 
 def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The files of models that these files and folders name, folders in alphabetical order.
+    """Return the files of models that these files and folders name, folders in alphabetical order.
 
     Raises RuleSyntaxError for a path that is not there and for a folder without models.
     """
@@ -63,15 +64,14 @@ def open_knowledge_base(
     crisp: bool = False,
     raw: bool = False,
 ) -> KnowledgeBase:
-    """A knowledge base with the built-in models and the user's files and folders of rules.
+    """Return a knowledge base with the built-in models and the user's files and folders of rules.
 
-    Files that are not `trusted` must be in the model language, and are evaluated in a process of
-    their own. A `crisp` one
-    ignores standard deviations; verdicts of a `raw` one have degrees alone, no confidence. Raises
+    Files that are not `trusted` must be in the model language. A `crisp` one ignores standard
+    deviations; verdicts of a `raw` one have degrees alone, no confidence. Raises
     RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing or too old.
     """
     files = rule_files(model_paths)
-    base = KnowledgeBase(limits, isolated=bool(files) and not trusted, crisp=crisp)
+    base = KnowledgeBase(limits, crisp=crisp)
     if raw:
         base.calibration = Calibration()
     try:
@@ -86,7 +86,7 @@ def open_knowledge_base(
 def judge_scene(
     base: KnowledgeBase, name: str, facts: Iterable[Fact], *, on_demand: FactMaker | None = None
 ) -> Recognition:
-    """What the models of a knowledge base say of each thing in a scene, which it then forgets.
+    """Return the verdicts of all models on each thing of a scene, which is then forgotten.
 
     `on_demand` as for `KnowledgeBase.load_scene`. Where a model reaches a limit on
     a thing, that verdict is unknown.
@@ -99,7 +99,7 @@ def judge_scene(
 
 
 def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
-    """The same of a scene that is loaded, and stays so; where something was not seen with why."""
+    """Return the verdicts on a loaded scene; where something was not seen, with the cause."""
     with base.query("thing(T)", scenes=(name,)) as answers:
         things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
     verdicts = [_judged(base, name, model, thing) for thing in things for model in base.models]
@@ -107,7 +107,7 @@ def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
 
 
 def _judged(base: KnowledgeBase, scene: str, model: str, thing: str) -> Verdict:
-    """The verdict of a model on a thing; unknown, with a warning in the log, beyond a limit."""
+    """Return the verdict of a model on a thing; beyond a limit unknown, with a logged warning."""
     try:
         return base.judge(scene, model, thing)
     except LimitError as exc:
@@ -132,7 +132,7 @@ def recognize(
     trusted: bool = False,
     limits: Limits | None = None,
 ) -> Recognition:
-    """What the built-in models and the user's say of each thing in a scene.
+    """Return the verdicts of the built-in and the user's models on each thing of a scene.
 
     `model_paths` are files and folders of models, as for `open_knowledge_base`. `limits` holds
     for each model on each thing.

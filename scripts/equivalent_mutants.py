@@ -26,9 +26,6 @@ _BY_REASON: dict[str, tuple[tuple[str, str, str], ...]] = {
     "whether one of the names was not seen does not depend on their order": (
         ("meaning/say.pl", "append(‹Names0, Names1›, Names).", "Names1, Names0"),
     ),
-    "the state is the same where the degree is worked out with it": (
-        ("meaning/compare.pl", "judged(‹state›, Region, Measure, said(holds, _))", "full"),
-    ),
     "only rounding makes more than 1 of a membership": (
         ("meaning/fading.pl", "Degree is max(0.0, min(‹1.0›, Membership)).", "2.0"),
         ("meaning/fading.pl", "Degree is max(0.0, min(‹1.0›, FromBelow + FromAbove - 1)).", "2.0"),

@@ -28,8 +28,7 @@ from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.engine.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.loading.builtin_rules import builtin_rules
-from facetlog.kb.loading.encode import Fact, fact_text
-from facetlog.kb.loading.schema import declarations
+from facetlog.kb.loading.encode import Fact, declarations, fact_text
 from facetlog.perception.facts.all_facts import fact_columns, scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build

@@ -1,1 +1,1 @@
-"""How Prolog is reached: started, asked on threads or in a process of its own, and answered."""
+"""The embedded SWI-Prolog: its start, requests on any thread, answers."""

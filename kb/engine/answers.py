@@ -28,7 +28,7 @@ class Answers(Closing):
         self._rows: Iterator[tuple[Term, ...]] = iter(())
 
     def chunks(self) -> Iterator[Chunk]:
-        """What is still unread, chunk by chunk, each a column of values for each name."""
+        """Return the unread answers chunk by chunk, each a column of values for each name."""
         rest = tuple(self._rows)
         if rest:
             yield Chunk.of_rows(rest, len(self.names))
@@ -54,7 +54,7 @@ class Answers(Closing):
             self._rows = iter(chunk.rows())
 
     def arrays(self) -> dict[str, Array]:
-        """All that is still unread, one array for each name: float64, int64, or object."""
+        """Return all that is still unread, one array for each name: float64, int64, or object."""
         parts: list[list[Column]] = [[] for _ in self.names]
         for chunk in self.chunks():
             for column, part in zip(chunk.columns, parts, strict=True):
@@ -62,6 +62,6 @@ class Answers(Closing):
         return {name: column_array(part) for name, part in zip(self.names, parts, strict=True)}
 
     def close(self) -> None:
-        """Ends the question; what was not read is lost."""
+        """End the question; what was not read is lost."""
         self._close()
         self._first, self._rows, self._chunks = None, iter(()), iter(())

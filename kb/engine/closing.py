@@ -12,7 +12,7 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Ends what the object is for; harmless if that has happened."""
+        """End what the object is for; harmless if that has happened."""
 
     def __enter__(self) -> Self:
         return self

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Array", "Chunk", "Column", "column_array", "decode_chunk"]
 
 Array: TypeAlias = "NDArray[np.float64] | NDArray[np.int64] | NDArray[np.object_]"
-"""Of floats, of integers, or of terms."""
+"""Array of floats, of integers, or of terms."""
 
 SEPARATOR = "\x1f"  # separator/1 of columns.pl
 
@@ -56,12 +56,13 @@ class Column:
 
     @classmethod
     def of_terms(cls, terms: Iterable[Term]) -> "Column":
-        """A column of terms that are decoded already."""
+        """Return a column of terms that are decoded already."""
         values = tuple(terms)
         return cls(_Layout.TERMS, len(values), values)
 
     def terms(self) -> Sequence[Term]:
-        """The values, exact: `Atom`, `str`, `int`, `float`, `Fraction`, `Struct`, `Var`, tuple."""
+        """Return the values, exact: `Atom`, `str`, `int`, `float`, `Fraction`, `Struct`, `Var`,
+        tuple."""
         if isinstance(self.data, tuple):
             return self.data
         if not self.length:
@@ -101,19 +102,19 @@ class Chunk:
 
     @classmethod
     def of_rows(cls, rows: Sequence[tuple[Term, ...]], width: int) -> "Chunk":
-        """A chunk of rows that are decoded already."""
+        """Return a chunk of rows that are decoded already."""
         values = zip(*rows, strict=True) if rows else ((),) * width
         return cls(tuple(map(Column.of_terms, values)), len(rows))
 
     def rows(self) -> Iterable[tuple[Term, ...]]:
-        """The answers, one tuple each."""
+        """Return the answers, one tuple each."""
         if not self.columns:
             return ((),) * self.length
         return zip(*(column.terms() for column in self.columns), strict=True)
 
 
 def decode_chunk(pieces: Sequence[bytes | str]) -> Chunk:
-    """The chunk of which columns.pl wrote the pieces."""
+    """Return the chunk of which columns.pl wrote the pieces."""
     header, *data = pieces
     text = header.decode("ascii") if isinstance(header, bytes) else header
     count, _, letters = text.partition(" ")
@@ -127,7 +128,7 @@ def decode_chunk(pieces: Sequence[bytes | str]) -> Chunk:
 
 
 def column_array(parts: Sequence[Column]) -> Array:
-    """One array of the columns that follow each other.
+    """Return one array of the columns that follow each other.
 
     float64 if all values are floats, or integers that a float holds exactly; int64 if all are
     integers of 64 bits; else objects, the terms. Of no values it is an empty array of float64.

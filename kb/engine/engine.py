@@ -8,11 +8,14 @@ another thread, and its conversions cut large integers and text with NUL.
 
 import atexit
 import ctypes
+import locale
+import logging
 import os
 import re
 import sys
 import threading
 from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from importlib.resources import files
@@ -22,7 +25,6 @@ from typing import Any, TypeAlias
 
 from facetlog.errors import EngineError
 from facetlog.kb.engine.python_predicates import called
-from facetlog.kb.engine.starting_conditions import PLACES, starting_conditions
 
 __all__ = [
     "MINIMUM_VERSION",
@@ -39,6 +41,17 @@ __all__ = [
 MINIMUM_VERSION = (9, 0, 4)
 """SWI-Prolog of Debian 12, the oldest that this was tried with."""
 
+PLACES = ("LIBSWIPL_PATH", "SWI_HOME_DIR")
+"""Variables of the environment that say where SWI-Prolog is."""
+
+BOOT_FILE = "boot.prc"
+"""File in SWI-Prolog's home; without it SWI-Prolog ends the whole process at start."""
+
+LOCALE_VARIABLES = ("LC_ALL", "LC_CTYPE", "LANG")
+"""Variables that set the text encoding, in order of precedence."""
+
+UTF8_LOCALE = "C.UTF-8"
+
 INSTALL_HINT = (
     "install SWI-Prolog 9.0.4 or newer (Debian and Ubuntu: apt install swi-prolog-nox; "
     "macOS: brew install swi-prolog)"
@@ -48,6 +61,8 @@ Piece: TypeAlias = bytes | str
 """One string of a reply: bytes if all its characters are below 256, else text."""
 
 Reply: TypeAlias = tuple[Piece, ...]
+
+_LOG = logging.getLogger(__name__)
 
 OK = '["ok",'
 """How a reply begins that reports no error."""
@@ -120,22 +135,22 @@ class Engine:
         return threading.get_ident() == self._main_thread
 
     def attach(self) -> int:
-        """The Prolog thread number of the calling thread, which from now on may call Prolog."""
+        """Attach the calling thread, which then may call Prolog; return Prolog's number of it."""
         number = int(self._attach(None))
         if number < 0:
             raise EngineError("SWI-Prolog has no room for another thread")
         return number
 
     def detach(self) -> None:
-        """Takes the calling thread's Prolog away again."""
+        """Take the calling thread's Prolog away again."""
         self._detach()
 
     def stop(self) -> None:
-        """Ends SWI-Prolog, on the thread that started it: at exit it would do so on another."""
+        """End SWI-Prolog, on the thread that started it: at exit it would do so on another."""
         self._cleanup(self._QUICKLY)
 
     def consult(self, path: Path) -> bool:
-        """Whether Prolog loaded the file without an exception."""
+        """Return whether Prolog loaded the file without an exception."""
         frame = self._open_frame()
         try:
             terms = self._new_terms(1)
@@ -151,13 +166,13 @@ class Engine:
             self._discard_frame(frame)
 
     def register(self, module: str, name: str, callback: Callback) -> None:
-        """Makes `callback` the predicate module:name(+Text, -Reply)."""
+        """Make `callback` the predicate module:name(+Text, -Reply)."""
 
         def called(text: int, reply: int) -> int:
             # Must not raise: ctypes would print the exception and go on with garbage.
             mark = self._TERM()
             self._mark_strings(ctypes.byref(mark))
-            said = _encode(callback(piece_text(self._piece(text))))
+            said = _encode(callback(piece_text(self._read_piece(text))))
             self._release_strings(mark.value)
             kind = self._STRING | self._UTF8
             return int(self._unify_text(reply, kind, len(said), said))
@@ -171,7 +186,7 @@ class Engine:
     def request(
         self, number: int, operation: str, text: str
     ) -> Generator[tuple[Reply, bool], None, None]:
-        """Each reply of request/4, and whether it is the last one; closing closes the query.
+        """Return each reply of request/4, and whether it is the last one; closing closes the query.
 
         Raises CrashError if Prolog raises.
         """
@@ -216,10 +231,10 @@ class Engine:
         head, tail = terms, terms + 1
         source = items
         while self._get_list(source, head, tail):
-            yield self._piece(head)
+            yield self._read_piece(head)
             source = tail
 
-    def _piece(self, term: int) -> Piece:
+    def _read_piece(self, term: int) -> Piece:
         chars, length = ctypes.c_void_p(), ctypes.c_size_t()
         place = ctypes.byref(length), ctypes.byref(chars)
         # Without a flag for the encoding this is Latin-1, and refuses what does not fit.
@@ -231,7 +246,8 @@ class Engine:
 
 
 def _encode(text: str) -> bytes:
-    """Text as SWI-Prolog takes it: UTF-8, with lone surrogates as characters for private use.
+    """Return text as SWI-Prolog takes it: UTF-8, with lone surrogates as characters for private
+    use.
 
     Python has names of files that are no UTF-8 as text with surrogates, which Prolog refuses.
     """
@@ -242,13 +258,13 @@ def _encode(text: str) -> bytes:
 
 
 def _decode(data: bytes) -> str:
-    """Text of SWI-Prolog as Python has it: see `_encode`."""
+    """Return text of SWI-Prolog as Python has it: see `_encode`."""
     text = data.decode("utf-8", "surrogatepass")
     return _PRIVATE.sub(lambda found: chr(ord(found[0]) - _TO_PRIVATE), text)
 
 
 def piece_text(piece: Piece) -> str:
-    """The characters of a piece."""
+    """Return the characters of a piece."""
     return piece if isinstance(piece, str) else piece.decode("latin-1")
 
 
@@ -256,7 +272,8 @@ _starting = threading.Lock()
 
 
 def start() -> Engine:
-    """The process's SWI-Prolog with bridge.pl loaded; the first caller's thread is its main one.
+    """Return the process's SWI-Prolog with bridge.pl loaded; the first caller's thread is its main
+    one.
 
     Raises EngineError if it is missing, too old, or does not load.
     """
@@ -266,11 +283,11 @@ def start() -> Engine:
 
 @cache
 def _started() -> Engine:
-    with starting_conditions():
-        return _loaded()
+    with _starting_conditions():
+        return _load_engine()
 
 
-def _loaded() -> Engine:
+def _load_engine() -> Engine:
     try:
         core = _pyswip_core()
     except Exception as exc:
@@ -341,5 +358,102 @@ def _version(number: int) -> tuple[int, int, int]:
 
 
 def house(room: str) -> Path:
-    """The folder of a room of the program: Prolog loads files by path."""
+    """Return the folder of a room of the program: Prolog loads files by path."""
     return Path(str(files(f"facetlog.{room}"))).resolve()
+
+
+# ---- the environment in which SWI-Prolog starts, whatever the user's is
+
+
+@contextmanager
+def _starting_conditions() -> Iterator[None]:
+    """Give SWI-Prolog a current folder, a home that is one, and UTF-8 for its files' names."""
+    with ExitStack() as stack:
+        stack.enter_context(_existing_folder())
+        stack.enter_context(_plain_arguments())
+        home = os.environ.get("SWI_HOME_DIR")
+        if home is not None and not (Path(home) / BOOT_FILE).is_file():
+            _LOG.warning(
+                "SWI_HOME_DIR=%s is no home of SWI-Prolog (no %s): ignored", home, BOOT_FILE
+            )
+            stack.enter_context(_changed_environment({"SWI_HOME_DIR": None}))
+        stack.enter_context(_utf8())
+        yield
+
+
+@contextmanager
+def _existing_folder() -> Iterator[None]:
+    """Stay in / if the current folder was deleted: SWI-Prolog crashes there."""
+    try:
+        Path.cwd()
+    except OSError:
+        pass
+    else:
+        yield
+        return
+    descriptor = -1
+    with suppress(OSError):
+        descriptor = os.open(".", os.O_RDONLY)
+    os.chdir(os.sep)
+    try:
+        yield
+    finally:
+        if descriptor >= 0:
+            # To where paths that others hold may lead again.
+            with suppress(OSError):
+                os.fchdir(descriptor)
+            os.close(descriptor)
+
+
+@contextmanager
+def _plain_arguments() -> Iterator[None]:
+    """Hide the command line, which pyswip encodes as UTF-8 and nobody reads: names may be none."""
+    before = sys.argv
+    sys.argv = ["facetlog"]
+    try:
+        yield
+    finally:
+        sys.argv = before
+
+
+@contextmanager
+def _utf8() -> Iterator[None]:
+    """Have SWI-Prolog take text for UTF-8, as all our files are, whatever the locale."""
+    stated = next((os.environ[name] for name in LOCALE_VARIABLES if os.environ.get(name)), "C")
+    if "utf" in stated.lower() or not _is_known(UTF8_LOCALE):
+        yield
+        return
+    changes: dict[str, str | None] = {"LC_CTYPE": UTF8_LOCALE}
+    if os.environ.get("LC_ALL"):
+        changes |= {"LC_ALL": None, "LANG": os.environ["LC_ALL"]}
+    with _changed_environment(changes):
+        yield
+
+
+def _is_known(name: str) -> bool:
+    before = locale.setlocale(locale.LC_CTYPE)
+    try:
+        locale.setlocale(locale.LC_CTYPE, name)
+    except locale.Error:
+        return False
+    locale.setlocale(locale.LC_CTYPE, before)
+    return True
+
+
+@contextmanager
+def _changed_environment(changes: dict[str, str | None]) -> Iterator[None]:
+    """Change variables of the environment, None to unset one, and put them back."""
+    before = {name: os.environ.get(name) for name in changes}
+    _set_environment(changes)
+    try:
+        yield
+    finally:
+        _set_environment(before)
+
+
+def _set_environment(values: dict[str, str | None]) -> None:
+    for name, value in values.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value

@@ -21,7 +21,7 @@ from itertools import count
 from facetlog.errors import EngineError
 from facetlog.kb.engine.engine import OK, CrashError, Engine, Reply, piece_text, start
 
-__all__ = ["GRACE_SECONDS", "MOST_OPEN", "EnginePool", "Replies", "engine_pool"]
+__all__ = ["MOST_OPEN", "Replies", "engine_pool"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ MOST_OPEN = 128
 QUIET_SECONDS = 60.0  # for a clean-up that nobody waits for
 
 STACK_BYTES = 8 << 20
-"""Of C's stack, on which Prolog reads and compiles nested terms by recursion: reading.pl."""
+"""Size of the C stack, on which Prolog reads and compiles nested terms by recursion: reading.pl."""
 
 # Of the setting of threads' stacks.
 _spawning = threading.Lock()
@@ -95,7 +95,7 @@ class _Worker:
         return self._spent
 
     def wait_ready(self) -> None:
-        """Returns when the worker can serve; raises what hinders it."""
+        """Return when the worker can serve; raises what hinders it."""
         self._ready.wait()
         if self._trouble is not None:
             raise self._trouble
@@ -244,7 +244,7 @@ class Replies:
             raise EngineError(_STILL_RUNNING) from None
 
     def _leave(self, last: bool) -> None:
-        """Nobody reads on. A worker that is still at it leaves when it next looks for a wish."""
+        """Stop reading. A worker that is still at it leaves when it next looks for a wish."""
         with self._changing:
             if self._state != "ended":
                 self._state = "ended"
@@ -252,7 +252,7 @@ class Replies:
                     self._job.wishes.put(False)
 
     def close(self) -> None:
-        """Ends the question; harmless if it has ended. A running one is interrupted."""
+        """End the question; harmless if it has ended. A running one is interrupted."""
         with self._changing:
             running = self._state == "running"
         if running:
@@ -282,7 +282,7 @@ class EnginePool:
         self._at_exit = False
 
     def wait_ready(self) -> None:
-        """Returns when SWI-Prolog runs; EngineError if it cannot."""
+        """Return when SWI-Prolog runs; EngineError if it cannot."""
         self._keeper.wait_ready()
         with self._lock:
             if not self._at_exit:
@@ -291,7 +291,8 @@ class EnginePool:
                 self._at_exit = True
 
     def replies(self, operation: str, text: str, *, seconds: float) -> Replies:
-        """The replies to a request, one for each solution; the first one is being worked out.
+        """Return the replies to a request, one for each solution; the first one is being worked
+        out.
 
         Raises EngineError in a process forked from the one that started Prolog, if too many
         questions are open, and after `close`.
@@ -311,15 +312,8 @@ class EnginePool:
         worker.jobs.put(job)
         return replies
 
-    def reply(
-        self,
-        operation: str,
-        text: str,
-        *,
-        seconds: float,
-        state: str | None = None,  # noqa: ARG002 (for a process that may die)
-    ) -> Reply:
-        """The only reply to a request that has one."""
+    def reply(self, operation: str, text: str, *, seconds: float) -> Reply:
+        """Return the only reply to a request that has one."""
         replies = self.replies(operation, text, seconds=seconds)
         try:
             return next(replies, ())
@@ -350,12 +344,12 @@ class EnginePool:
         return all(worker.ended for worker in self._workers)
 
     def put_back(self, worker: _Worker) -> None:
-        """The worker is free again."""
+        """Take the worker back, which is free again."""
         if worker is self._keeper:
             return
         with self._lock:
             ended = self._busy.pop(worker, None)
-            due = self._due(ended.number) if ended is not None else []
+            due = self._take_due_jobs(ended.number) if ended is not None else []
             # An interrupt in the wrong instant leaves the limit of inferences of its question
             # behind, and no later one would get farther: SWI-Prolog keeps the lower of two.
             spoilt = ended is not None and ended.interrupted
@@ -368,21 +362,15 @@ class EnginePool:
             with suppress(EngineError):
                 self._take(job).jobs.put(job)
 
-    def _due(self, ended: int) -> list[_Job]:
+    def _take_due_jobs(self, ended: int) -> list[_Job]:
         for awaited, _ in self._later:
             awaited.discard(ended)
         due = [job for awaited, job in self._later if not awaited]
         self._later = [(awaited, job) for awaited, job in self._later if awaited]
         return due
 
-    def when_quiet(
-        self,
-        operation: str,
-        text: str,
-        *,
-        state: str | None = None,  # noqa: ARG002
-    ) -> bool:
-        """Sends the request when all questions that are open now have ended; at once if none is.
+    def when_quiet(self, operation: str, text: str) -> bool:
+        """Send the request when all questions that are open now have ended; at once if none is.
 
         For what an open question may still be looking at. No one gets the reply; returned is
         whether it was sent at once, and is done.
@@ -401,7 +389,7 @@ class EnginePool:
         return bool(reply) and piece_text(reply[0]).startswith(OK)
 
     def interrupt(self, worker: _Worker, job: _Job, why: str) -> None:
-        """Makes Prolog leave this job; nothing happens if the worker has left it already.
+        """Make Prolog leave this job; nothing happens if the worker has left it already.
 
         The worker serves no other job after this one.
         """
@@ -410,7 +398,7 @@ class EnginePool:
         self._keeper.jobs.put(note)
 
     def close(self) -> None:
-        """Ends all questions, for the end of the process."""
+        """End all questions, for the end of the process."""
         with self._lock:
             self._closed = True
             busy, idle, workers = dict(self._busy), tuple(self._idle), tuple(self._workers)
@@ -433,7 +421,7 @@ _pools: list[EnginePool] = []
 
 
 def engine_pool() -> EnginePool:
-    """The process's Prolog, started at the first call; EngineError if it cannot be."""
+    """Return the process's Prolog, started at the first call; EngineError if it cannot be."""
     with _starting:
         if not _pools:
             _pools.append(EnginePool())

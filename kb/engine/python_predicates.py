@@ -15,7 +15,7 @@ PythonPredicate: TypeAlias = Callable[..., "bool | Iterable[tuple[Term, ...]] | 
 or the solutions, each a tuple of all arguments."""
 
 MOST_SOLUTIONS = 100_000
-"""Of one call: they are all worked out before the question goes on."""
+"""Solution limit of one call: they are all worked out before the question goes on."""
 
 _functions: dict[int, PythonPredicate] = {}
 _exceptions: dict[int, BaseException] = {}
@@ -24,25 +24,26 @@ _lock = threading.Lock()
 
 
 def remember(function: PythonPredicate) -> int:
-    """The key by which Prolog calls the function from now on."""
+    """Return the key by which Prolog calls the function from now on."""
     key = next(_keys)
     _functions[key] = function
     return key
 
 
 def forget(key: int) -> None:
-    """Prolog calls the function no more."""
+    """Forget the function, which Prolog calls no more."""
     _functions.pop(key, None)
 
 
 def raised(key: int) -> BaseException | None:
-    """The exception that a function raised, handed out once."""
+    """Return the exception that a function raised, handed out once."""
     with _lock:
         return _exceptions.pop(key, None)
 
 
 def called(request: str) -> str:
-    """The solutions of a call as Prolog text; an exception is kept, and Prolog is given its key.
+    """Return the solutions of a call as Prolog text; an exception is kept, and Prolog is given its
+    key.
 
     `request` is JSON, a list of the function's key and its arguments. Never raises.
     """

@@ -55,7 +55,7 @@ class Struct:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What a request reports instead of a result.
+    """Error that a request reports.
 
     `kind` is question, rules, limit, python or prolog; `place` says where, as that kind needs.
     """
@@ -69,7 +69,7 @@ Term: TypeAlias = "Atom | Var | Struct | str | int | float | Fraction | tuple[Te
 """A tuple is a proper list; a Fraction a rational number."""
 
 
-def _escaped(text: str, quote: str) -> str:
+def _escape_text(text: str, quote: str) -> str:
     # \x41\ is ISO's escape: it needs no fixed number of digits, and takes NUL. Beyond ASCII the
     # character itself is written: SWI-Prolog 9.0.4 refuses some escapes of high planes.
     if text.isascii() and text.isprintable() and quote not in text and "\\" not in text:
@@ -85,7 +85,7 @@ def _escaped(text: str, quote: str) -> str:
 
 
 def integer_text(value: int) -> str:
-    """The integer in decimal digits, however many there are."""
+    """Return the integer in decimal digits, however many there are."""
     # int() turns True, which is an int, into 1. Beyond some thousands of digits Python refuses to
     # write an int, but not a Decimal.
     return str(int(value)) if abs(value) < 1 << 4096 else f"{Decimal(value):f}"
@@ -102,14 +102,14 @@ def _number(value: float) -> str:
 
 
 def term_text(term: Term) -> str:
-    """The term in Prolog syntax, on one line.
+    """Return the term in Prolog syntax, on one line.
 
     >>> term_text(Struct("near", (Struct("angle", (Atom("f1"), Var("X"))), 90, 15.0)))
     "'near'('angle'('f1',X),90,15.0)"
     """
     match term:
         case Atom(name):
-            return f"'{_escaped(name, chr(39))}'"
+            return f"'{_escape_text(name, chr(39))}'"
         case Var(name):
             if not (
                 name.isascii() and name.isidentifier() and (name[0] == "_" or name[0].isupper())
@@ -117,20 +117,20 @@ def term_text(term: Term) -> str:
                 raise ValueError(f"{name!r} is no name of a Prolog variable")
             return name
         case str():
-            return f'"{_escaped(term, chr(34))}"'
+            return f'"{_escape_text(term, chr(34))}"'
         case Fraction(numerator=n, denominator=d):
             return f"{integer_text(n)}r{integer_text(d)}"
         case int() | float():
             return _number(term)
         case Struct(functor, args):
             inner = ",".join(map(term_text, args))
-            return f"'{_escaped(functor, chr(39))}'({inner})"
+            return f"'{_escape_text(functor, chr(39))}'({inner})"
         case tuple():
             return f"[{','.join(map(term_text, term))}]"
 
 
 def decode_term(node: object) -> Term:
-    """The term that json.pl wrote, from its JSON as Python reads it."""
+    """Return the term that json.pl wrote, from its JSON as Python reads it."""
     match node:
         case bool():
             raise EngineError(f"Prolog's reply cannot be read: {node!r}")
@@ -156,7 +156,8 @@ def decode_term(node: object) -> Term:
 
 
 def decode_terms(text: str) -> list[Term]:
-    """The terms of a list in JSON; EngineError for one that is nested deeper than Python reads."""
+    """Return the terms of a list in JSON; EngineError for one that is nested deeper than Python
+    reads."""
     try:
         return [decode_term(node) for node in json.loads(text)]
     except RecursionError:
@@ -164,7 +165,7 @@ def decode_terms(text: str) -> list[Term]:
 
 
 def decode_reply(reply: str) -> "Term | Failure":
-    """The result of a request as a term, or the failure that it reports.
+    """Return the result of a request as a term, or the failure that it reports.
 
     The reply is the JSON with which bridge.pl begins each reply.
     """

@@ -43,7 +43,7 @@ class Unit:
     from_size: float = 1.0
 
     def of(self, value: float) -> float:
-        """The value in this unit, without what is far below anything that is measured."""
+        """Return the value in this unit, without what is far below anything that is measured."""
         return value if self.name == _UNSCALED.name else round(value / self.size, DIGITS)
 
     @property
@@ -62,7 +62,7 @@ _UNITS = {
 
 
 def suiting(si_unit: str, *values: float) -> Unit:
-    """The unit in which numbers that stand together are written, all in this unit of SI.
+    """Return the unit in which numbers that stand together are written, all in this unit of SI.
 
     The largest is at least 1 in it, and the smallest that means something has no row of zeros
     behind the point. Units of other things than lengths and areas stay as they are.
@@ -85,7 +85,7 @@ def suiting(si_unit: str, *values: float) -> Unit:
 
 
 def amount(value: float) -> str:
-    """The number with four digits, and no exponent in everyday sizes.
+    """Return the number with four digits, and no exponent in everyday sizes.
 
     >>> amount(90.0), amount(0.25401), amount(12345.6), amount(0.00002)
     ('90', '0.254', '12346', '0.00002')
@@ -93,11 +93,11 @@ def amount(value: float) -> str:
     if abs(value) >= 1000:
         return f"{value:.0f}"
     text = f"{value:.4g}"
-    return _plain(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
+    return _format_small_number(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
 
 
 def beside(value: float, *others: float) -> str:
-    """The number with no more digits behind the point than the largest of all has, of four.
+    """Return the number with no more digits behind the point than the largest of all has, of four.
 
     >>> beside(0.009072, 76.16), beside(0.254, 0.1), beside(12.0, 3.0)
     ('0.01', '0.254', '12')
@@ -109,7 +109,8 @@ def beside(value: float, *others: float) -> str:
 
 
 def measured(value: float, sd: float) -> str:
-    """The number with no more digits than its deviation is written with, and no more than four.
+    """Return the number with no more digits than its deviation is written with, and no more than
+    four.
 
     >>> measured(71.23456, 1.1), measured(254.0, 0.07), measured(0.5, 0.0)
     ('71.2', '254.0', '0.5')
@@ -126,7 +127,7 @@ def measured(value: float, sd: float) -> str:
 
 
 def deviation(value: float, sd: float) -> str:
-    """The standard deviation of a value with two digits; empty where it says nothing.
+    """Return the standard deviation of a value with two digits; empty where it says nothing.
 
     >>> deviation(254.0, 0.0701), deviation(0.9994, 0.00024), deviation(1.0, 1e-9)
     ('0.07', '0.00024', '')
@@ -136,11 +137,11 @@ def deviation(value: float, sd: float) -> str:
     if sd <= NOTHING or (sd < LEAST_SD and sd < LEAST_RELATIVE_SD * abs(value)):
         return ""
     text = f"{sd:.2g}" if sd < 10 else f"{sd:.0f}"
-    return _plain(float(text)) if "e-0" in text else text
+    return _format_small_number(float(text)) if "e-0" in text else text
 
 
-def _plain(value: float) -> str:
-    """A small number without an exponent, with two digits at least."""
+def _format_small_number(value: float) -> str:
+    """Return a small number without an exponent, with two digits at least."""
     text = f"{value:.{1 - math.floor(math.log10(abs(value)))}f}"
     return text.rstrip("0")
 
@@ -168,7 +169,7 @@ def length_words(values: Sequence[float], sd: float, si_unit: str, *, sign: str 
 
 
 def sd_count(sds: float) -> str:
-    """A number of standard deviations.
+    """Return a number of standard deviations.
 
     >>> sd_count(3.42), sd_count(57.8), sd_count(1e9)
     ('3.4', '58', 'over 1000')
@@ -179,7 +180,7 @@ def sd_count(sds: float) -> str:
 
 
 def with_unit(number: str, unit: str) -> str:
-    """The number with its unit, a degree sign close to it.
+    """Return the number with its unit, a degree sign close to it.
 
     >>> with_unit("71.2", "°"), with_unit("0.3", "m"), with_unit("3", "")
     ('71.2°', '0.3 m', '3')

@@ -6,39 +6,26 @@ from typing import Protocol, TypeVar
 
 from facetlog.kb.explaining.proof import State
 
-__all__ = ["Named", "best_first"]
+__all__ = ["best_first"]
 
 
-class Named(Protocol):
-    """Sort key of a verdict."""
-
-    @property
-    def model(self) -> str:
-        """The model's name."""
+class _Named(Protocol):
+    """Fields of a verdict that its order goes by (verdict.py, brief_verdict.py)."""
 
     @property
-    def thing(self) -> str:
-        """The thing that was judged."""
-
+    def model(self) -> str: ...
     @property
-    def state(self) -> State:
-        """Whether it holds."""
-
+    def thing(self) -> str: ...
     @property
-    def degree(self) -> float:
-        """The probability that the true values are within the model's limits."""
-
+    def state(self) -> State: ...
     @property
-    def specialises(self) -> tuple[str, ...]:
-        """The models of which this one is a special case."""
-
+    def degree(self) -> float: ...
     @property
-    def rather_than(self) -> tuple[str, ...]:
-        """The models that come after this one where both hold."""
-
+    def specialises(self) -> tuple[str, ...]: ...
     @property
-    def own(self) -> bool:
-        """Whether the model is from a user's file, not a built-in one."""
+    def rather_than(self) -> tuple[str, ...]: ...
+    @property
+    def own(self) -> bool: ...
 
 
 EVEN = 0.5
@@ -47,7 +34,7 @@ EVEN = 0.5
 DEGREE_DIGITS = 9
 """Degrees that agree in so many digits are equal: they differ by the order of sums alone."""
 
-_Verdict = TypeVar("_Verdict", bound=Named)
+_Verdict = TypeVar("_Verdict", bound=_Named)
 
 
 def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
@@ -74,7 +61,7 @@ def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
     return [holding[at] for at in sorted(range(len(holding)), key=key)]
 
 
-def _find_later(holding: Sequence[Named], some: Sequence[int]) -> dict[int, set[int]]:
+def _find_later(holding: Sequence[_Named], some: Sequence[int]) -> dict[int, set[int]]:
     """Return for each of the verdicts on one thing those that come after it for a stated reason."""
     stated = _close(
         {i: {j for j in some if i != j and _is_stated(holding[i], holding[j])} for i in some}
@@ -87,8 +74,8 @@ def _find_later(holding: Sequence[Named], some: Sequence[int]) -> dict[int, set[
     return _close({i: stated[i] | own[i] for i in some})
 
 
-def _is_stated(one: Named, other: Named) -> bool:
-    """Whether the model of one verdict states that it comes before the other's."""
+def _is_stated(one: _Named, other: _Named) -> bool:
+    """Return whether the model of one verdict states that it comes before the other's."""
     return other.model in one.specialises or (one.degree > EVEN and other.model in one.rather_than)
 
 

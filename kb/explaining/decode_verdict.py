@@ -1,63 +1,35 @@
 """Prolog's verdicts, verdict/10 of judge.pl, as Verdict."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
-from facetlog.kb.explaining.verdict import Condition, Part, Size, Verdict
+from facetlog.kb.explaining.records import decode_record, unreadable
+from facetlog.kb.explaining.verdict import Part, Verdict
 from facetlog.kb.explaining.wording import (
     UNSEEN,
     cause_words,
     readable,
     relation_words,
     unknown_words,
+    with_article,
 )
-from facetlog.kb.explaining.wording_of_steps import Tally, model_cause, model_words
 
 __all__ = ["decode_verdict", "decode_verdicts"]
 
 
 def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ...]:
-    """The verdicts of a list, in its order. Raises EngineError if it cannot be read."""
+    """Return the verdicts of a list, in its order. Raises EngineError if it cannot be read."""
     if isinstance(term, tuple):
         return tuple(decode_verdict(item, length_unit=length_unit) for item in term)
-    raise _unreadable(term)
+    raise unreadable(term)
 
 
 def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
-    """The verdict that verdict/10 of judge.pl says. Raises EngineError if it cannot be read."""
-    match term:
-        case Struct(
-            "verdict",
-            (
-                Atom(model),
-                Atom(thing),
-                Atom(state),
-                int() | float() as low,
-                int() | float() as high,
-                tuple(parts),
-                tuple(sizes),
-                tuple(conditions),
-                int(also),
-                tuple(general),
-            ),
-        ):
-            return Verdict(
-                model=model,
-                thing=thing,
-                state=State(state),
-                degree=float(low),
-                degree_at_most=float(high),
-                parts=tuple(map(_part, parts)),
-                sizes=tuple(map(_size, sizes)),
-                conditions=tuple(map(_condition, conditions)),
-                also=also,
-                specialises=tuple(map(readable, general)),
-                length_unit=length_unit,
-            )
-    raise _unreadable(term)
+    """Return the verdict of verdict/10 of judge.pl. Raises EngineError if it cannot be read."""
+    verdict: Verdict = decode_record(term, Verdict, {Part: _part, Proof: _proof})
+    return replace(verdict, length_unit=length_unit)
 
 
 def _part(term: Term) -> Part:
@@ -68,23 +40,7 @@ def _part(term: Term) -> Part:
             return Part(role, tuple(str(n) for n in names))
         case Struct("group", (Atom(role), tuple(names))):
             return Part(role, tuple(str(n) for n in names), is_group=True)
-    raise _unreadable(term)
-
-
-def _size(term: Term) -> Size:
-    match term:
-        case Struct("size", (Atom(name), measure, int() | float() as value, int() | float() as sd)):
-            return Size(name, float(value), float(sd), readable(measure))
-    raise _unreadable(term)
-
-
-def _condition(term: Term) -> Condition:
-    match term:
-        case Struct("condition", (label, reason, place, text, proof)):
-            return Condition(
-                readable(label), readable(reason), _proof(proof), readable(place), readable(text)
-            )
-    raise _unreadable(term)
+    raise unreadable(term)
 
 
 def _proof(term: Term) -> Proof:
@@ -108,7 +64,7 @@ def _proof(term: Term) -> Proof:
                 detail=_detail(test, detail, State(state)),
                 children=tuple(map(_proof, kids)),
             )
-    raise _unreadable(term)
+    raise unreadable(term)
 
 
 def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
@@ -126,7 +82,7 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
                 float(value),
                 float(sd),
                 readable(kind),
-                _within(within),
+                _decode_within(within),
                 _shortfall(margin),
                 _measured_limits(limits),
             )
@@ -147,20 +103,20 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
             deciding = "" if member == Atom("none") else readable(member)
             at_least, is_all = bound != "at_most_of", state is State.FAILS
             grouped = isinstance(groups, tuple) and any(map(_is_several, groups))
-            tally = Tally(at_least, count, holding, undecided, deciding, is_all, grouped)
+            tally = _Tally(at_least, count, holding, undecided, deciding, is_all, grouped)
             return Note("counted", tally.brief(), tally.words(), counted=(holding, count))
         case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
-            words = model_words(readable(thing), model, state)
-            return Note("judged", "", words, model_cause(cause))
+            words = _model_words(readable(thing), model, state)
+            return Note("judged", "", words, _MODEL_CAUSES.get(cause, ""))
         case _, Struct(name, (argument,)):
             return Note(name, readable(argument))
         case _, Atom(name):
             return Note(name)
-    raise _unreadable(detail)
+    raise unreadable(detail)
 
 
 def _is_several(group: Term) -> bool:
-    """Whether several members of a group count as one."""
+    """Return whether several members of a group count as one."""
     return isinstance(group, tuple) and len(group) > 1
 
 
@@ -184,19 +140,95 @@ def _shortfall(term: Term) -> Shortfall | None:
     match term:
         case Struct("margin", (Atom(side), int() | float() as distance, int() | float() as sd)):
             return Shortfall(-float(distance), float(sd), Side(side)) if distance < 0 else None
-    raise _unreadable(term)
+    raise unreadable(term)
 
 
-def _within(term: Term) -> Within:
+def _decode_within(term: Term) -> Within:
     match term:
         case Struct("fading", (inner, int() | float() as width)):
-            return replace(_within(inner), fading=float(width))
+            return replace(_decode_within(inner), fading=float(width))
         case Struct("soft", (inner, int() | float() as width)):
-            return replace(_within(inner), soft=float(width))
+            return replace(_decode_within(inner), soft=float(width))
         case Struct(sort, limits):
             return Within(sort, tuple(float(x) for x in limits if isinstance(x, int | float)))
-    raise _unreadable(term)
+    raise unreadable(term)
 
 
-def _unreadable(term: Term) -> EngineError:
-    return EngineError(f"Prolog's verdict cannot be read: {readable(term)[:80]}")
+_MODEL_CAUSES = {
+    "unseen": "the thing was not seen",
+    "unstated": "the scene has no such thing",
+    "cycle": "that model is itself being judged for this thing",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Tally:
+    """How many groups are wanted (at least or at most `count`), how many hold and how many may.
+
+    `deciding` is the member of a group that decides, or empty; `is_all` says that there are no more
+    groups than these, `grouped` that some have several members, which do not stand apart.
+    """
+
+    at_least: bool
+    count: int
+    holding: int
+    undecided: int
+    deciding: str
+    is_all: bool = False
+    grouped: bool = False
+
+    def brief(self) -> str:
+        """Return the numbers alone.
+
+        >>> _Tally(True, 3, 4, 0, "f7").brief()
+        '4 hold, 0 may, f7 decides'
+        """
+        decides = f", {self.deciding} decides" if self.deciding else ""
+        return f"{self.holding} hold, {self.undecided} may{decides}"
+
+    def words(self) -> str:
+        """Return the numbers in a sentence.
+
+        >>> _Tally(True, 3, 2, 1, "f7").words()
+        '2 were found, at least 3 are wanted, but there may be more; f7 comes next'
+        >>> _Tally(False, 1, 2, 0, "f9").words()
+        '2 were found, at most 1 is wanted; f9 is one too many'
+        >>> _Tally(True, 3, 4, 0, "f7", grouped=True).words()
+        '4 that stand apart were found, at least 3 are wanted; f7 decides'
+        """
+        bound = "at least" if self.at_least else "at most"
+        more = f", {self.undecided} more may be" if self._is_open_above() else ""
+        wanted = f"{bound} {self.count} {'is' if self.count == 1 else 'are'} wanted"
+        apart = " that stand apart" if self.grouped else ""
+        found = {0: "none was", 1: "1 was"}.get(self.holding, f"{self.holding}{apart} were")
+        return f"{found} found{more}, {wanted}{self._end()}"
+
+    def _is_open_above(self) -> bool:
+        some = self.holding <= self.count < self.holding + self.undecided
+        return not self.at_least and some
+
+    def _end(self) -> str:
+        if self.at_least and self.holding < self.count:
+            if self.is_all:
+                return ""
+            following = f"; {self.deciding} comes next" if self.deciding else ""
+            return f", but there may be more{following}"
+        if not self.at_least and self.holding > self.count:
+            return f"; {self.deciding} is one too many"
+        return f"; {self.deciding} decides" if self.deciding else ""
+
+
+def _model_words(thing: str, model: str, state: State) -> str:
+    """Return the verdict of another model as a clause.
+
+    >>> _model_words("t2", "table", State.FAILS)
+    't2 is no table'
+    """
+    one = with_article(model)
+    match state:
+        case State.HOLDS:
+            return f"{thing} is {one}"
+        case State.FAILS:
+            return f"{thing} is no {model}"
+        case State.UNKNOWN:
+            return f"it is open whether {thing} is {one}"

@@ -1,4 +1,4 @@
-"""By how much a verdict holds: the least change of one measured value that would turn it."""
+"""Margins of a verdict: the least change of one measured value that would turn it."""
 
 import math
 import re
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from facetlog.kb.explaining.amounts import PERCENT, amount, sd_count, suiting, with_unit
 from facetlog.kb.explaining.measure_words import measure_words
-from facetlog.kb.explaining.nearness import Nearness, nearness
-from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Nearness, Note, Proof, State, nearness
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Verdict
@@ -51,7 +50,7 @@ class Margin:
 
     @property
     def nearness(self) -> Nearness:
-        """Sorts changes from the least, of measures of all kinds (nearness.py)."""
+        """Sorts changes from the least, of measures of all kinds (proof.py)."""
         return nearness(self.change, self.value, self.sd, self.kind)
 
     def text(self) -> str:
@@ -63,7 +62,7 @@ class Margin:
         return f"{self.becomes} if {measure_words(self.measure)} were {size} {more}{sds}"
 
     def to_json(self) -> dict[str, Any]:
-        """The margin as plain data."""
+        """Return the margin as plain data."""
         return {
             "label": self.label,
             "measure": self.measure,
@@ -77,9 +76,9 @@ class Margin:
 
 
 def margin(verdict: "Verdict") -> Margin | None:
-    """The least change that turns the verdict on these parts; None if no single one does.
+    """Return the least change that turns the verdict on these parts; None if no single one does.
 
-    Least as nearness.py has it. Limits that were measured themselves stay where they are.
+    Least as `nearness` has it. Limits that were measured themselves stay where they are.
     """
     return min(turned(verdict), key=lambda found: found.nearness, default=None)
 
@@ -94,7 +93,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
             c.proof.state for c in verdict.conditions if measure not in reading.of(c.proof)
         )
         nearest: dict[State, Margin] = {}
-        for comparison, change, probe in _changes(found):
+        for comparison, change, probe in _iter_edge_changes(found):
             states = [reading.state(c.proof, measure, probe) for c in asked]
             after = _joined((others, *states))
             if after is before or (after in nearest and abs(change) >= abs(nearest[after].change)):
@@ -118,7 +117,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
 
 
 def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison]]:
-    """The different comparisons of all lines by what they measure."""
+    """Return the different comparisons of all lines by what they measure."""
     found: dict[str, dict[Comparison, None]] = {}
     for condition in conditions:
         for comparison in condition.proof.comparisons():
@@ -126,7 +125,7 @@ def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison
     return {measure: list(some) for measure, some in found.items()}
 
 
-def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, float]]:
+def _iter_edge_changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, float]]:
     """Changes of a value up to an edge of a region, and the values there and just beyond."""
     for comparison in found:
         value = comparison.value
@@ -141,7 +140,7 @@ def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, f
 
 
 def _joined(states: Iterable[State]) -> State:
-    """What lines that must all hold say together."""
+    """Return the joint state of lines that must all hold."""
     found = set(states)
     if State.FAILS in found:
         return State.FAILS
@@ -155,12 +154,13 @@ _OPPOSITE: Mapping[State, State] = {
 }
 
 
-def _some(states: Iterable[State]) -> State:
+def _join_alternatives(states: Iterable[State]) -> State:
     return _OPPOSITE[_joined(_OPPOSITE[state] for state in states)]
 
 
 def state_with(proof: Proof, measure: str, value: float) -> State:
-    """The state of a proof if the measure had this value, and all others the values they have."""
+    """Return the state of a proof if the measure had this value, and all others the values they
+    have."""
     return _Reading({}).state(proof, measure, value)
 
 
@@ -171,7 +171,7 @@ class _Reading:
     known: dict[int, frozenset[str]]
 
     def of(self, proof: Proof) -> frozenset[str]:
-        """The measures that a step rests on."""
+        """Return the measures that a step rests on."""
         found = self.known.get(id(proof))
         if found is None:
             found = frozenset().union(*map(self.of, proof.children))
@@ -181,11 +181,12 @@ class _Reading:
         return found
 
     def state(self, proof: Proof, measure: str, value: float) -> State:
-        """The state of a step if the measure had another value: three-valued logic, as it was."""
+        """Return the state of a step if the measure had another value: three-valued logic, as it
+        was."""
         if measure not in self.of(proof):
             return proof.state
         if isinstance(proof.detail, Comparison):
-            return _compared(proof, proof.detail, value)
+            return _compare_value(proof, proof.detail, value)
         states = [self.state(child, measure, value) for child in proof.children]
         return _combined(proof, proof.detail, states)
 
@@ -195,13 +196,13 @@ def _combined(proof: Proof, step: Note, states: list[State]) -> State:
         case "all" | "short", _:
             return _joined(states)
         case "any", _:
-            return _some(states)
+            return _join_alternatives(states)
         case "not", [state]:
             return _OPPOSITE[state]
         case "if_known" | "not_applied", [state]:
             return State.HOLDS if state is State.UNKNOWN else state
         case "implies", [where, then]:
-            return _some((_OPPOSITE[where], then))
+            return _join_alternatives((_OPPOSITE[where], then))
         case "expect", _:
             return State.HOLDS
         case "counted", _:
@@ -228,7 +229,7 @@ def _counted(proof: Proof, states: list[State]) -> State:
     return State.UNKNOWN if holding + states.count(State.UNKNOWN) > wanted else State.HOLDS
 
 
-def _compared(proof: Proof, comparison: Comparison, value: float) -> State:
+def _compare_value(proof: Proof, comparison: Comparison, value: float) -> State:
     low, high = comparison.within.edges
     inside = low <= value <= high
     if proof.state is State.UNKNOWN and comparison.shortfall is None and inside:

@@ -20,7 +20,8 @@ _SHARE = re.compile(r"^(-?[\d.]+(?:e-?\d+)?)\*(.+)$")
 
 
 def measure_words(measure: str) -> str:
-    """The measure as it is written, but heights, of which there are several, by what they are of.
+    """Return the measure as it is written, but heights, of which there are several, by what they
+    are of.
 
     >>> measure_words("elevation(f1)"), measure_words("length(f1)")
     ("height of f1's middle", 'length(f1)')
@@ -32,7 +33,8 @@ def measure_words(measure: str) -> str:
 
 
 def ratio_words(measure: str) -> tuple[str, str]:
-    """What is measured, and what its share is of: empty where the measure is no ratio of two.
+    """Return the measure and the whole that it is a share of, empty where the measure is no ratio
+    of two.
 
     >>> ratio_words("width(f1)/length(f1)"), ratio_words("fill(f1)")
     (('width(f1)', ' of length(f1)'), ('fill(f1)', ''))
@@ -44,7 +46,7 @@ def ratio_words(measure: str) -> tuple[str, str]:
 
 
 def height_words(measure: str) -> str:
-    """What a height is the height of; empty for what is none.
+    """Return the thing that a height belongs to; empty for what is none.
 
     >>> height_words("elevation(f1)"), height_words("width(f1)")
     ("of f1's middle", '')
@@ -55,7 +57,7 @@ def height_words(measure: str) -> str:
 
 
 def limit_words(limit: str) -> str:
-    """A limit that was measured itself, as an author would write it.
+    """Return a limit that was measured itself, as an author would write it.
 
     >>> limit_words("0.75*thing_height(t1)"), limit_words("width(f2)")
     ("75 % of the height of t1's highest point", 'width(f2)')
@@ -68,7 +70,7 @@ def limit_words(limit: str) -> str:
 
 
 def with_roles(text: str, roles: Mapping[str, str]) -> str:
-    """The text with the parts that faces play in place of the faces' names.
+    """Return the text with the parts that faces play in place of the faces' names.
 
     >>> with_roles("height of f1's middle", {"f1": "seat"}), with_roles("fill(f1)", {"f1": "seat"})
     ("height of the seat's middle", 'fill(seat)')

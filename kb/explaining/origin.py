@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
-from facetlog.kb.explaining.amounts import length_words, measured
-from facetlog.kb.explaining.fact_words import fact_words
-from facetlog.perception.facts.fact_schema import Value
+from facetlog.kb.explaining.amounts import amount, deviation, length_words, measured, with_unit
+from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind, FactKind, Value
 
 __all__ = [
     "EdgeOrigin",
@@ -45,9 +44,25 @@ class Sighting:
 
 
 @dataclass(frozen=True, slots=True)
-class VertexOrigin:
+class _Named:
+    """An origin as Prolog writes it: a term with this functor and the fields as arguments."""
+
+    functor: ClassVar[str]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the origin as plain data."""
+        data = {"kind": self.functor, **asdict(self)}
+        for name in ("faces", "edges"):
+            items = [item for item in getattr(self, name, ()) if isinstance(item, _Named)]
+            data |= {name: [item.to_json() for item in items]} if items else {}
+        return data
+
+
+@dataclass(frozen=True, slots=True)
+class VertexOrigin(_Named):
     """A vertex: its place and deviations along x, y, z (length units), and who saw it."""
 
+    functor: ClassVar[str] = "vertex"
     name: str
     position: tuple[float, float, float] | None
     sd: tuple[float, float, float] | None
@@ -55,23 +70,20 @@ class VertexOrigin:
     sightings: tuple[Sighting, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The vertex, then a line for each picture that shows it."""
-        yield f"{self.name}{f' ({self.label})' if self.label else ''}{self._place(length_unit)}"
+        """Return the vertex, then a line for each picture that shows it."""
+        label = f" ({self.label})" if self.label else ""
+        yield f"{self.name}{label}{self._format_position(length_unit)}"
         if not self.sightings:
             yield "  seen in no picture"
         shown = len(self.sightings) if full else SHOWN
         for sighting in self.sightings[:shown]:
             yield f"  seen in {sighting}"
-        yield from _rest(len(self.sightings) - shown, "view")
+        yield from _iter_rest_line(len(self.sightings) - shown, "view")
 
-    def _place(self, length_unit: str | None) -> str:
+    def _format_position(self, length_unit: str | None) -> str:
         if self.position is None:
             return ""
         return f" at {length_words(self.position, max(self.sd or (0.0,)), length_unit or '')}"
-
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        return {"kind": "vertex", **asdict(self)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +96,7 @@ class Plane:
     offset_sd: float | None
 
     def text(self, length_unit: str | None) -> str:
-        """The plane, its offset in a unit that suits."""
+        """Return the plane, its offset in a unit that suits."""
         normal = ", ".join(f"{x + 0.0:.3f}" for x in (round(x, 3) for x in self.normal))
         tilt = "" if self.tilt_sd_deg is None else f" ± {self.tilt_sd_deg:.2g}°"
         offset = length_words((self.offset,), self.offset_sd or 0.0, length_unit or "")
@@ -92,9 +104,10 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True)
-class FaceOrigin:
+class FaceOrigin(_Named):
     """A face: its thing, evidence (measured or implied), plane, and vertices in order."""
 
+    functor: ClassVar[str] = "face"
     name: str
     thing: str | None
     evidence: str | None
@@ -102,7 +115,7 @@ class FaceOrigin:
     corners: tuple[VertexOrigin, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The face, its plane, then its vertices."""
+        """Return the face, its plane, then its vertices."""
         said = [self.evidence or "of unknown evidence"]
         if self.thing:
             said.append(f"part of {self.thing}")
@@ -110,17 +123,14 @@ class FaceOrigin:
         if self.plane is not None:
             yield f"  {self.plane.text(length_unit)}"
         for corner in self.corners:
-            yield from _indented(corner.lines(full=full, length_unit=length_unit))
-
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        return {"kind": "face", **asdict(self)}
+            yield from _indent_lines(corner.lines(full=full, length_unit=length_unit))
 
 
 @dataclass(frozen=True, slots=True)
-class EdgeOrigin:
+class EdgeOrigin(_Named):
     """An edge: evidence, length, the share found in the views, its two ends, its faces."""
 
+    functor: ClassVar[str] = "edge"
     name: str
     evidence: str | None
     length: float | None
@@ -130,7 +140,7 @@ class EdgeOrigin:
     faces: tuple[str, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The edge, then its ends."""
+        """Return the edge, then its ends."""
         said = [self.evidence or "of unknown evidence"]
         if self.length is not None:
             length = length_words((self.length,), self.length_sd or 0.0, length_unit or "")
@@ -141,21 +151,18 @@ class EdgeOrigin:
             said.append(f"side of {', '.join(self.faces)}")
         yield f"{self.name}: an edge, {', '.join(said)}"
         for end in self.ends:
-            yield from _indented(end.lines(full=full, length_unit=length_unit))
-
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        return {"kind": "edge", **asdict(self)}
+            yield from _indent_lines(end.lines(full=full, length_unit=length_unit))
 
 
 @dataclass(frozen=True, slots=True)
-class PieceOrigin:
+class PieceOrigin(_Named):
     """A piece: its thing, the sides of its least box, longest first, and the faces of its own.
 
     `heights` are from where to where it reaches above its thing's lowest point, and their
     deviation; None where up is not known. `curved_share` is how much of its surface is curved.
     """
 
+    functor: ClassVar[str] = "piece"
     name: str
     thing: str | None
     size: tuple[float, float, float]
@@ -166,7 +173,7 @@ class PieceOrigin:
     faces: tuple[FaceOrigin, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The piece, then its faces; of one without a face that it is curved all over."""
+        """Return the piece, then its faces; of one without a face that it is curved all over."""
         said = ["measured" if self.is_measured else "implied"]
         if self.thing:
             said.append(f"part of {self.thing}")
@@ -177,19 +184,15 @@ class PieceOrigin:
         yield f"{self.name}: a piece, {', '.join(said)}"
         yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        faces = [face.to_json() for face in self.faces]
-        return {"kind": "piece", **asdict(self), "faces": faces}
-
 
 @dataclass(frozen=True, slots=True)
-class OpeningOrigin:
+class OpeningOrigin(_Named):
     """An opening: its thing, length and width of what one sees through, and what is round it.
 
     `heights` as of a piece; `pieces` are along its rim, and it is in `faces`.
     """
 
+    functor: ClassVar[str] = "opening"
     name: str
     thing: str | None
     size: tuple[float, float]
@@ -199,7 +202,7 @@ class OpeningOrigin:
     faces: tuple[FaceOrigin, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The opening with what frames it, then the faces that it is in."""
+        """Return the opening with what frames it, then the faces that it is in."""
         said = [f"through {self.thing}"] if self.thing else []
         said.append(length_words(self.size, self.size_sd, length_unit or "", sign=" × "))
         said += _raised(self.heights, length_unit)
@@ -208,23 +211,19 @@ class OpeningOrigin:
         yield f"{self.name}: an opening, {', '.join(said)}"
         yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
 
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        faces = [face.to_json() for face in self.faces]
-        return {"kind": "opening", **asdict(self), "faces": faces}
-
 
 @dataclass(frozen=True, slots=True)
-class ThingOrigin:
+class ThingOrigin(_Named):
     """A thing: the sides of its least box, longest first, its faces and its loose edges."""
 
+    functor: ClassVar[str] = "thing"
     name: str
     size: tuple[float, float, float] | None
     faces: tuple[FaceOrigin, ...]
     edges: tuple[EdgeOrigin, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The thing, then its faces and loose edges."""
+        """Return the thing, then its faces and loose edges."""
         size = ""
         if self.size is not None:
             size = f", {length_words(self.size, 0.0, length_unit or '', sign=' × ')}"
@@ -233,60 +232,48 @@ class ThingOrigin:
         yield from _item_lines(self.faces, "face", full=full, length_unit=length_unit)
         yield from _item_lines(self.edges, "loose edge", full=full, length_unit=length_unit)
 
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        return {
-            "kind": "thing",
-            "name": self.name,
-            "size": self.size,
-            "faces": [face.to_json() for face in self.faces],
-            "edges": [edge.to_json() for edge in self.edges],
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class ViewOrigin:
+class ViewOrigin(_Named):
     """A picture and the vertices that it shows."""
 
+    functor: ClassVar[str] = "view"
     name: str
     picture: str
     vertices: tuple[str, ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The picture, then what it shows; nothing of it is a length."""
+        """Return the picture, then what it shows; nothing of it is a length."""
         del length_unit
         yield f"{self.name}: the picture {self.picture}, which shows {len(self.vertices)} vertices"
         shown = len(self.vertices) if full else 4 * SHOWN
         if self.vertices:
             yield f"  {', '.join(self.vertices[:shown])}"
-        yield from _rest(len(self.vertices) - shown, "vertex", "vertices")
-
-    def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
-        return {"kind": "view", **asdict(self)}
+        yield from _iter_rest_line(len(self.vertices) - shown, "vertex", "vertices")
 
 
 @dataclass(frozen=True, slots=True)
-class FactOrigin:
+class FactOrigin(_Named):
     """Facts of one functor, each its name and arguments, and the origins of what they name."""
 
+    functor: ClassVar[str] = "facts"
     facts: tuple[tuple[str, tuple[Value, ...]], ...]
     of: tuple["Origin", ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
-        """The facts, then what they name."""
+        """Return the facts, then what they name."""
         shown = len(self.facts) if full else SHOWN
-        yield from (fact_words(*fact, length_unit) for fact in self.facts[:shown])
-        yield from _rest(len(self.facts) - shown, "fact")
+        yield from (_fact_words(*fact, length_unit) for fact in self.facts[:shown])
+        yield from _iter_rest_line(len(self.facts) - shown, "fact")
         named = len(self.of) if full else SHOWN
         for origin in self.of[:named]:
-            yield from _indented(origin.lines(full=full, length_unit=length_unit))
-        yield from _rest(len(self.of) - named, "name")
+            yield from _indent_lines(origin.lines(full=full, length_unit=length_unit))
+        yield from _iter_rest_line(len(self.of) - named, "name")
 
     def to_json(self) -> dict[str, Any]:
-        """The origin as plain data."""
+        """Return the origin as plain data."""
         return {
-            "kind": "facts",
+            "kind": self.functor,
             "facts": [f"{name}({', '.join(map(str, args))})" for name, args in self.facts],
             "of": [origin.to_json() for origin in self.of],
         }
@@ -308,11 +295,11 @@ Origin: TypeAlias = (
 def _item_lines(
     items: Sequence[FaceOrigin | EdgeOrigin], noun: str, *, full: bool, length_unit: str | None
 ) -> Iterator[str]:
-    """The first of some faces or edges, indented, and how many more there are."""
+    """Return the first of some faces or edges, indented, and how many more there are."""
     shown = len(items) if full else SHOWN
     for item in items[:shown]:
-        yield from _indented(item.lines(full=full, length_unit=length_unit))
-    yield from _rest(len(items) - shown, noun)
+        yield from _indent_lines(item.lines(full=full, length_unit=length_unit))
+    yield from _iter_rest_line(len(items) - shown, noun)
 
 
 def _raised(heights: tuple[float, float, float] | None, length_unit: str | None) -> Iterator[str]:
@@ -322,7 +309,7 @@ def _raised(heights: tuple[float, float, float] | None, length_unit: str | None)
         yield f"{length_words((low, high), sd, length_unit or '', sign=' to ')} up"
 
 
-def _indented(lines: Iterator[str]) -> Iterator[str]:
+def _indent_lines(lines: Iterator[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
 
 
@@ -330,6 +317,57 @@ def _count(count: int, noun: str) -> str:
     return f"{count} {noun if count == 1 else f'{noun}s'}"
 
 
-def _rest(count: int, noun: str, plural: str = "") -> Iterator[str]:
+def _iter_rest_line(count: int, noun: str, plural: str = "") -> Iterator[str]:
     if count > 0:
         yield f"  and {count} more {noun if count == 1 else plural or noun + 's'}"
+
+
+_UNITS = {ArgumentKind.DEGREES: "°", ArgumentKind.PIXELS: "px"}
+
+
+def _fact_words(functor: str, args: Sequence[Value], length_unit: str | None) -> str:
+    """Return the fact in words; as a term where the schema does not have it.
+
+    >>> _fact_words("elevation", ("f1", 0.15232, 3.95e-05), "m")
+    'elevation(f1) = 152.3 ± 0.04 mm'
+    >>> _fact_words("thing_size", ("t1", 0.2541, 0.2034, 0.15), "m")
+    'thing_size(t1): L = 25.41 cm, W = 20.34 cm, H = 15 cm'
+    >>> _fact_words("convex", ("f1", "f2"), "m")
+    'convex(f1, f2)'
+    """
+    kind = FACT_KINDS.get(functor)
+    if kind is None or kind.arity != len(args):
+        return f"{functor}({', '.join(map(str, args))})"
+    about = f"{functor}({', '.join(map(str, args[: kind.keys]))})"
+    values = list(_iter_values(kind, args, length_unit))
+    if len(values) == 1:
+        return f"{about} = {values[0][1]}"
+    said = ", ".join(f"{name} = {text}" for name, text in values)
+    return f"{about}: {said}" if said else about
+
+
+def _iter_values(
+    kind: FactKind, args: Sequence[Value], length_unit: str | None
+) -> Iterator[tuple[str, str]]:
+    """Return the values behind the keys by their names, each with its deviation."""
+    names = [argument.name for argument in kind.arguments]
+    for place in range(kind.keys, kind.arity):
+        argument, value = kind.arguments[place], args[place]
+        if argument.name.startswith("Sd") and place > kind.keys:
+            continue
+        own = f"Sd{argument.name}"
+        following = place + 1 < kind.arity and names[place + 1] == "Sd"
+        spread = args[names.index(own)] if own in names else args[place + 1] if following else 0.0
+        yield argument.name, _value(argument.kind, value, spread, length_unit)
+
+
+def _value(kind: ArgumentKind, value: Value, spread: Value, length_unit: str | None) -> str:
+    if isinstance(value, str) or isinstance(spread, str):
+        return str(value)
+    if kind in (ArgumentKind.LENGTH, ArgumentKind.AREA):
+        square = "²" if kind is ArgumentKind.AREA else ""
+        return length_words((value,), spread, f"{length_unit}{square}" if length_unit else "")
+    unit = _UNITS.get(kind, "")
+    said = deviation(value, spread)
+    number = measured(value, spread) if said else amount(value)
+    return f"{with_unit(number, unit)}{f' ± {with_unit(said, unit)}' if said else ''}"

@@ -21,13 +21,27 @@ from facetlog.kb.explaining.amounts import (
     with_unit,
 )
 from facetlog.kb.explaining.measure_words import limit_words, measure_words, ratio_words
-from facetlog.kb.explaining.nearness import Nearness, nearness
 
-__all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
+__all__ = [
+    "MARKS",
+    "Comparison",
+    "Nearness",
+    "Note",
+    "Proof",
+    "Shortfall",
+    "Side",
+    "State",
+    "Within",
+    "nearness",
+]
+
+
+Nearness = tuple[bool, float]
+"""Sorts changes from the least; what an error of measurement explains comes before all else."""
 
 
 class State(StrEnum):
-    """What is known of a condition or a model."""
+    """State of a condition or a model."""
 
     HOLDS = "holds"
     FAILS = "fails"
@@ -113,7 +127,7 @@ class Shortfall:
         return f"{with_unit(missing, unit.name)} {word}"
 
     def to_json(self) -> dict[str, Any]:
-        """The shortfall as plain data."""
+        """Return the shortfall as plain data."""
         return {"amount": self.amount, "sd": self.sd, "sds": self.sds, "side": self.side.value}
 
 
@@ -137,7 +151,7 @@ class Comparison:
     unseen: tuple[float, float] | None = None
 
     def unit(self, length_unit: str | None) -> str:
-        """The unit of the value as it is kept; empty for pure numbers."""
+        """Return the unit of the value as it is kept; empty for pure numbers."""
         match self.kind, length_unit:
             case "deg", _:
                 return "°"
@@ -149,7 +163,7 @@ class Comparison:
                 return ""
 
     def written_in(self, length_unit: str | None) -> Unit:
-        """The unit in which value, deviation, limits and what is missing are all written."""
+        """Return the unit in which value, deviation, limits and what is missing are all written."""
         if self.kind == "ratio":
             return PERCENT
         missing = () if self.shortfall is None else (self.shortfall.amount,)
@@ -180,19 +194,19 @@ class Comparison:
         return nearness(change, self.value, sd, self.kind)
 
     def _broken_limit(self) -> str:
-        """What the limit is that the value misses, if it was measured itself; else empty."""
+        """Return the limit that the value misses, if it was measured itself; else an empty text."""
         if self.shortfall is None or self.within.sort == "near" or not self.limits:
             return ""
         return limit_words(self.limits[0 if self.shortfall.side is Side.BELOW else -1])
 
     def sentence(self, state: State, length_unit: str | None) -> str:
-        """The value, the region, and by how much it misses."""
+        """Return the value, the region, and by how much it misses."""
         return self.sentences(state, length_unit)[0]
 
     def sentences(
         self, state: State, length_unit: str | None, *, is_wanted: bool = True
     ) -> tuple[str, ...]:
-        """The same from the longest to the shortest: what a reader misses least goes first.
+        """Return the sentence in forms from the longest to the shortest: details go first.
 
         Of a value that holds the region, then the deviation; of one that misses the deviations,
         then by how much. What should not be and is not `is_wanted` to miss nothing.
@@ -261,7 +275,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What else a step rests on: a relation, what is missing, what became of the children.
+    """Other ground of a step: a relation, what is missing, what became of the children.
 
     `words` says it as a reader does; it is empty for steps that only join others. `counted` are of
     groups that are counted how many hold, and how many are wanted at least or at most.
@@ -291,14 +305,14 @@ class Proof:
         return self.detail.name if isinstance(self.detail, Note) else ""
 
     def comparisons(self) -> Iterator[Comparison]:
-        """All measured values that the proof rests on, in order."""
+        """Return all measured values that the proof rests on, in order."""
         if isinstance(self.detail, Comparison):
             yield self.detail
         for child in self.children:
             yield from child.comparisons()
 
     def shortfalls(self) -> Iterator[Comparison]:
-        """The comparisons that miss and by that make this fail or stay open, in order."""
+        """Return the comparisons that miss and by that make this fail or stay open, in order."""
         if self.state is State.HOLDS or self.name == "not":
             return
         if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
@@ -307,7 +321,7 @@ class Proof:
             yield from child.shortfalls()
 
     def _wanting(self) -> tuple["Proof", ...]:
-        """The children that should have held: of groups that are counted, the next best."""
+        """Return the children that should have held: of groups that are counted, the next best."""
         if self.name == "implies":
             return self.children[1:]
         if self.name == "counted":
@@ -320,7 +334,8 @@ class Proof:
         return self.name == "implies" and self.children[0].state is State.FAILS
 
     def lacking(self) -> tuple[bool, int, int]:
-        """Whether no value misses, how many of the joined tests fail, and, negated, how many hold.
+        """Return whether no value misses, how many of the joined tests fail, and, negated, how many
+        hold.
 
         An alternative for another kind of thing, as what is known from all sides, misses nothing
         that could be measured better: it says less than one that a value misses.
@@ -332,13 +347,13 @@ class Proof:
         return unmeasured, states.count(State.FAILS), -states.count(State.HOLDS)
 
     def sentence(self, length_unit: str | None = None) -> str:
-        """This step alone, in words."""
+        """Return this step in words."""
         return self.sentences(length_unit)[0]
 
     def sentences(
         self, length_unit: str | None = None, *, is_wanted: bool = True
     ) -> tuple[str, ...]:
-        """The same from the longest to the shortest, as for a comparison."""
+        """Return the sentence in forms from the longest to the shortest, as for a comparison."""
         if isinstance(self.detail, Comparison):
             return self.detail.sentences(self.state, length_unit, is_wanted=is_wanted)
         if self.name in {"all", "any"} and not self.children and self.state is State.UNKNOWN:
@@ -355,7 +370,7 @@ class Proof:
         return (f"{words}, because {self.detail.cause}", words) if self.detail.cause else (words,)
 
     def to_json(self) -> dict[str, Any]:
-        """The tree as plain data."""
+        """Return the tree as plain data."""
         data: dict[str, Any] = {
             "test": self.test,
             "state": self.state.value,
@@ -379,3 +394,43 @@ _JOINED = {
     "not_applied": "not required, for it is not known:",
     "expect": "expected, but not required:",
 }
+
+
+# ---- how small a change is beside others: one order for values of all kinds and units
+
+NOISE_SDS = 3.0
+"""Standard deviations within which a difference may be an error of measurement."""
+
+# Angles have no size to be compared with: 0 is no less than 90.
+RIGHT_ANGLE = 90.0
+
+# To so many digits changes are compared: of those that differ by rounding alone the first is least,
+# on every processor.
+DIGITS = 9
+
+
+def nearness(change: float, value: float, sd: float, kind: str) -> Nearness:
+    """Return how small a change of a value of this kind (deg, length, ...) and standard deviation
+    is.
+
+    A change of at most three standard deviations may be an error of measurement: such are compared
+    by their number of deviations, for they are the likelier the fewer these are. Beyond that no
+    error explains it, the thing itself would have to be another: how well it was measured says
+    nothing then, and a change is compared as a share of the value, before or after it, whichever is
+    larger, and that of an angle as a share of a right angle.
+
+    >>> near, far = nearness(0.02, 0.5, 0.01, "length"), nearness(0.02, 0.5, 0.001, "length")
+    >>> near, far, near < far
+    ((False, 2.0), (True, 0.0384615385), True)
+    """
+    size = abs(change)
+    if sd > 0 and size <= NOISE_SDS * sd:
+        return False, _round_digits(size / sd)
+    if kind == "deg":
+        return True, _round_digits(size / RIGHT_ANGLE)
+    scale = max(abs(value), abs(value + change))
+    return True, _round_digits(size / scale) if scale > 0 else 0.0
+
+
+def _round_digits(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

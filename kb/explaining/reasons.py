@@ -1,6 +1,6 @@
 """Why a condition holds or not in one step: what a reader needs of a proof, and no more.
 
-Of steps that are all needed the one nearest to its limit (nearness.py) stands for the others: of
+Of steps that are all needed the one nearest to its limit (proof.py) stands for the others: of
 what holds it would be the first to give way, of what does not the first to be mended. Of
 alternatives one is enough.
 """
@@ -9,8 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from facetlog.kb.explaining.nearness import Nearness
-from facetlog.kb.explaining.proof import Comparison, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Nearness, Proof, State
 from facetlog.kb.explaining.wording import HOW_SEEN
 
 __all__ = ["Reason", "reason"]
@@ -29,7 +28,8 @@ class Reason:
     more: int = 0
 
     def texts(self, length_unit: str | None) -> tuple[str, ...]:
-        """It in words, from the longest to the shortest; how many more there are goes last."""
+        """Return the reason in words, from the longest to the shortest; how many more there are
+        goes last."""
         said = self.step.sentences(length_unit, is_wanted=self.is_wanted)
         end = ""
         if self.holds and self.is_wanted and self.step.state is State.FAILS:
@@ -40,8 +40,8 @@ class Reason:
         return (*(f"{text}{end}{more[0]}" for text in said), f"{said[-1]}{end}")
 
     def to_json(self, length_unit: str | None, *, measured: bool = True) -> dict[str, Any]:
-        """It as plain data, with its numbers if `measured`; lengths as they are measured, whatever
-        the text has them in."""
+        """Return the reason as plain data, with its numbers if `measured`; lengths as they are
+        measured, whatever the text has them in."""
         detail = self.step.detail
         numbers = detail.to_json() if measured and isinstance(detail, Comparison) else {}
         text = self.texts(length_unit)[0]
@@ -49,7 +49,7 @@ class Reason:
 
 
 def reason(proof: Proof) -> Reason | None:
-    """The reason for the state of a condition.
+    """Return the reason for the state of a condition.
 
     None if it holds only because it does not apply to such a thing: a guard exempts it, there is
     nothing to choose from, or what it needs is not known.
@@ -72,7 +72,8 @@ class _Step:
 
 
 def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple[_Step, ...]:
-    """The steps that together suffice for the state of a proof; none where it does not apply.
+    """Return the steps that together suffice for the state of a proof; none where it does not
+    apply.
 
     `holds` is whether the condition that it belongs to does, `beside` whether the proof is an
     alternative to others: what was seen of a thing is then only said of things seen so.
@@ -121,7 +122,7 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
 
 
 def _is_exempt(proof: Proof) -> bool:
-    """Whether a proof holds because what it says does not apply to such a thing."""
+    """Return whether a proof holds because what it says does not apply to such a thing."""
     if proof.state is not State.HOLDS:
         return False
     match proof.name:
@@ -145,7 +146,7 @@ def _says_how_seen(proof: Proof) -> bool:
 
 
 def _meaning(proof: Proof) -> object:
-    """The same for steps that say the same: of two faces in either order."""
+    """Return a key that is equal for steps that say the same: of two faces in either order."""
     what = proof.detail.measure if isinstance(proof.detail, Comparison) else proof.test
     words = tuple(sorted(re.findall(r"[\w.]+", what)))
     if isinstance(proof.detail, Comparison):
@@ -154,7 +155,7 @@ def _meaning(proof: Proof) -> object:
 
 
 def _nearness(proof: Proof) -> tuple[bool, Nearness]:
-    """Sorts steps from the one that is nearest to its limit; those without one come last."""
+    """Sort steps from the one that is nearest to its limit; those without one come last."""
     if isinstance(proof.detail, Comparison):
         return False, proof.detail.nearness
     return True, (True, 0.0)

@@ -14,13 +14,13 @@ HOLDING_SHOWN = 6
 
 
 def first_reason(proof: Proof, length_unit: str | None = None) -> str:
-    """The first reason for the state, in words."""
+    """Return the first reason for the state, in words."""
     if proof.name == "not" and proof.children:
         reason = first_reason(proof.children[0], length_unit)
         return f"{reason}, which should not be" if proof.state is State.FAILS else reason
     if proof.name == "implies":
         then = "" if proof.is_void else f"then {first_reason(proof.children[1], length_unit)}"
-        return f"{_where(proof, length_unit)}{then}"
+        return f"{_describe_condition_of(proof, length_unit)}{then}"
     same = [child for child in proof.children if child.state is proof.state]
     if proof.name == "counted" or not same:
         return proof.sentence(length_unit)
@@ -37,12 +37,12 @@ class Step(NamedTuple):
 
 
 def trace(proof: Proof, length_unit: str | None = None) -> Iterator[str]:
-    """The steps as text, each on a line, indented by its depth."""
+    """Return the steps as text, each on a line, indented by its depth."""
     return (f"{'  ' * step.depth}{step.text}" for step in steps(proof, length_unit))
 
 
 def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Iterator[Step]:
-    """The tree from top to bottom; steps that only join others are left out.
+    """Return the tree from top to bottom; steps that only join others are left out.
 
     Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
     are more than a few of many steps that hold written out, nor anything twice.
@@ -51,7 +51,7 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
         yield Step(depth, f"{MARKS[proof.state]} {first_reason(proof, length_unit)}")
         return
     if proof.name == "implies":
-        yield from _implied(proof, length_unit, depth)
+        yield from _iter_implication_steps(proof, length_unit, depth)
         return
     joins = _joins(proof)
     if not joins:
@@ -74,9 +74,9 @@ def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
         yield Step(inner, f"+ and {holding - HOLDING_SHOWN} more that hold")
 
 
-def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[Step]:
+def _iter_implication_steps(proof: Proof, length_unit: str | None, depth: int) -> Iterator[Step]:
     then = proof.children[1]
-    head = f"{MARKS[proof.state]} {_where(proof, length_unit)}"
+    head = f"{MARKS[proof.state]} {_describe_condition_of(proof, length_unit)}"
     if proof.is_void:
         yield Step(depth, head)
     elif not then.children:
@@ -86,7 +86,7 @@ def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[Step
         yield from steps(then, length_unit, depth + 1)
 
 
-def _where(proof: Proof, length_unit: str | None) -> str:
+def _describe_condition_of(proof: Proof, length_unit: str | None) -> str:
     where = f"where {first_reason(proof.children[0], length_unit)}, "
     return f"{where}nothing is required" if proof.is_void else where
 
@@ -113,7 +113,7 @@ def _shown_children(proof: Proof) -> tuple[Proof, ...]:
 
 
 def _alternatives(proof: Proof) -> tuple[Proof, ...]:
-    """An alternative that itself lists alternatives, taken apart."""
+    """Return an alternative that itself lists alternatives, taken apart."""
     if proof.state is State.HOLDS or not proof.children:
         return (proof,)
     if proof.name == "short":

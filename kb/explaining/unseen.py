@@ -1,4 +1,4 @@
-"""What was not seen of a thing: why, as far as the scene knows, and from where it could be seen.
+"""Unseen parts of a thing: why, as far as the scene knows, and from where it could be seen.
 
 Where a part was not found, nobody knows where it would be; but what faces a direction from which
 no view came cannot have been seen. Directions are those from the thing's middle to whoever looks at
@@ -12,19 +12,33 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from facetlog.kb.explaining.place_to_look import (
-    AXES,
-    DIGITS,
-    UPRIGHT,
-    Looked,
-    Vector,
-    axis_words,
-)
-from facetlog.kb.explaining.sight import ImpliedFace, Point, Sight
+from facetlog.kb.explaining.amounts import with_unit
+from facetlog.kb.explaining.sight import ImpliedFace, Place, Point, Sight
+from facetlog.kb.explaining.wording import listed
 from facetlog.perception.facts.fact_schema import FEWEST_VIEWS
 
 __all__ = ["Unseen", "unseen"]
+
+UPRIGHT = 1e-3
+"""Lengths of unit vectors in plan below this are those of upright ones."""
+# A way to go is said from this share of the distance to the thing on.
+WORTH_SAYING = 0.15
+DIGITS = 6
+"""Digits to which directions and distances are compared."""
+
+WAYS = (("to the left", "to the right"), ("further on", "back"), ("up", "down"))
+AXES = {
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+
+Vector = NDArray[np.float64]
 
 # A face that is looked at from further off its normal than this is seen at a grazing angle: cos 75°
 # is a quarter of what one sees from the front (perception's photometric views ask for as much).
@@ -52,19 +66,20 @@ class Unseen:
     space: bool = False
 
     def lines(self, roles: Sequence[str] = ()) -> Iterator[str]:
-        """It as text, `roles` being the parts that were not seen."""
+        """Return it as text, `roles` being the parts that were not seen."""
         named = f"{' and '.join(roles)} – " if roles else ""
         yield f"unseen: {named}{self.why}"
         if self.look:
             yield f"    {self.look}"
 
     def to_json(self) -> dict[str, Any]:
-        """It as plain data."""
+        """Return it as plain data."""
         return {key: value for key, value in asdict(self).items() if value}
 
 
 def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, ...]:
-    """Why something of the thing may have been missed, whatever it is; nothing of a whole one.
+    """Return why something of the thing may have been missed, whatever it is; nothing of a whole
+    one.
 
     First the directions that it was looked at from least, in plan and from above, and the one from
     which most of the unseen space round it shows, unless that is near one of them; then views that
@@ -81,17 +96,17 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
     about = Looked(thing, middle, seers, up, length_unit)
     found = list(_least_looked_at(sight, about))
     found.extend(_unseen_space(sight, about, found))
-    found.extend(map(Unseen, _missed(sight, thing)))
+    found.extend(map(Unseen, _iter_missed_reasons(sight, thing)))
     return tuple(found)
 
 
-def _least_looked_at(sight: Sight, about: Looked) -> Iterator[Unseen]:
+def _least_looked_at(sight: Sight, about: "Looked") -> Iterator[Unseen]:
     steps = about.steps() if about.seers else np.array(sight.normals).reshape(-1, 3)
     if not len(steps):
         return
     towards = steps / np.linalg.norm(steps, axis=1)[:, None]
     for direction, off in _least_seen(towards, about.up):
-        if off <= NEAR_DEG or any(map(partial(_is_near, _point(direction)), sight.normals)):
+        if off <= NEAR_DEG or any(map(partial(_is_near, _to_point(direction)), sight.normals)):
             continue  # someone looked from there, or a face that looks there was found
         if about.seers:
             yield _not_looked_from(about.level_with_views(direction), off, about)
@@ -99,19 +114,20 @@ def _least_looked_at(sight: Sight, about: Looked) -> Iterator[Unseen]:
             side = axis_words(direction)
             why = f"no face that was found of {about.name} faces towards {side}"
             look = f"look at it from the side towards {side}"
-            yield Unseen(why, look, _point(direction))
+            yield Unseen(why, look, _to_point(direction))
 
 
-def _not_looked_from(direction: Vector, off: float, about: Looked) -> Unseen:
+def _not_looked_from(direction: Vector, off: float, about: "Looked") -> Unseen:
     way = about.way(direction)
     why = f"no view looks at {about.name} from {way.side}"
     if GRAZING_DEG <= off < 90:
         why = f"from {way.side}, {about.name} is seen only at a grazing angle of {90 - off:.0f}°"
-    return Unseen(why, f"look at it {way.go}", _point(direction), way.at)
+    return Unseen(why, f"look at it {way.go}", _to_point(direction), way.at)
 
 
-def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterator[Unseen]:
-    """From where most of the unseen space would show, if nothing said is near there."""
+def _unseen_space(sight: Sight, about: "Looked", said: Sequence[Unseen]) -> Iterator[Unseen]:
+    """Return the side from which most of the unseen space would show, if nothing said is near
+    there."""
     # Of directions as good the first, whatever their last digits.
     best = max(sight.opening, key=lambda each: round(each[1], DIGITS), default=None)
     if best is None:
@@ -131,7 +147,7 @@ def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterat
     way = about.way(np.array(towards))
     steps = about.steps()
     seen_from = steps / np.linalg.norm(steps, axis=1)[:, None]
-    if any(_is_near(_point(step), towards) for step in seen_from):
+    if any(_is_near(_to_point(step), towards) for step in seen_from):
         why = f"what lies behind {about.name}, from {way.side}, has nothing that could be measured"
         go = f"put something with a pattern there, and look at it {way.go}: {most}"
         yield Unseen(why, go, space=True)
@@ -139,8 +155,8 @@ def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterat
         yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at, space=True)
 
 
-def _seen_from_within(sight: Sight, about: Looked) -> Unseen:
-    """Why unseen space shows from nowhere: surface goes all round it."""
+def _seen_from_within(sight: Sight, about: "Looked") -> Unseen:
+    """Return why unseen space shows from nowhere: surface goes all round it."""
     points = np.array(sight.points)
     places = np.array([seer.at for seer in about.seers]).reshape(-1, 3)
     within = (places > points.min(axis=0)) & (places < points.max(axis=0))
@@ -164,8 +180,9 @@ def _nothing_found(views: int) -> Iterator[str]:
         yield f"the {views} views agree on no face"
 
 
-def _missed(sight: Sight, thing: str) -> Iterator[str]:
-    """Why something of the thing may have been missed, whatever it is: views too few or past it."""
+def _iter_missed_reasons(sight: Sight, thing: str) -> Iterator[str]:
+    """Return why something of the thing may have been missed, whatever it is: views too few or past
+    it."""
     views = [place for place in sight.places if place.count is not None]
     seeing = [place for place in views if place.count]
     if views and len(seeing) < FEWEST_VIEWS:
@@ -180,7 +197,7 @@ def _missed(sight: Sight, thing: str) -> Iterator[str]:
 
 
 def _missed_face(face: ImpliedFace) -> str:
-    """Why a face is only known from its neighbours."""
+    """Return why a face is only known from its neighbours."""
     if not face.looks:
         return "every view is behind it, or looks along it"
     best = max(face.looks, key=lambda look: look.seen)
@@ -201,7 +218,8 @@ def _missed_face(face: ImpliedFace) -> str:
 
 
 def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, float]]:
-    """The directions farthest from all (n, 3) that it was seen from, and by how many degrees.
+    """Return the directions farthest from all (n, 3) that it was seen from, and by how many
+    degrees.
 
     Where up is known the middle of the widest gap in plan, then up; else the farthest of the axes.
     """
@@ -229,6 +247,110 @@ def _least_angles(directions: Vector, others: Vector) -> Vector:
     return angles
 
 
-def _point(vector: Vector) -> Point:
+def _to_point(vector: Vector) -> Point:
     x, y, z = vector.tolist()
     return x, y, z
+
+
+# ---- the way to a place to look from
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """The way to a place, `at` in the scene's frame.
+
+    `side` is the side of the thing that it lies on, and `go` how one gets there, in words.
+    """
+
+    at: Point
+    side: str
+    go: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Looked:
+    """A thing, its middle (3,), and the places that it was looked at from; `up` is a unit vector
+    (3,), None where it is not known.
+    """
+
+    name: str
+    middle: Vector
+    seers: tuple[Place, ...]
+    up: Vector | None
+    length_unit: str | None
+
+    def steps(self) -> Vector:
+        """Return the ways (n, 3) from its middle to the places."""
+        return np.array([place.at for place in self.seers]).reshape(-1, 3) - self.middle
+
+    def level_with_views(self, direction: Vector) -> Vector:
+        """Return the direction, as high as most views: it shows from there what they show from
+        theirs.
+
+        What looks down or up stays as it is.
+        """
+        if self.up is None or abs(direction @ self.up) >= 0.5:
+            return direction
+        steps = self.steps()
+        rise = float(np.median(steps @ self.up / np.linalg.norm(steps, axis=1)))
+        level: Vector = math.sqrt(1 - rise**2) * direction + rise * self.up
+        return level
+
+    def way(self, direction: Vector) -> Way:
+        """Return the way to a place in that direction, as far away as most views are, from the
+        nearest."""
+        away = float(np.median(np.linalg.norm(self.steps(), axis=1)))
+        place = self.middle + away * direction
+        # Of several as near the first, whatever their last digits.
+        nearest = min(self.seers, key=lambda seer: round(math.dist(seer.at, place) / away, DIGITS))
+        named = nearest.name
+        if nearest.picture != nearest.name:
+            named = f"{nearest.name} ({nearest.picture})"
+        x, y, z = place.tolist()
+        if self.up is None:
+            side = f"the side towards {axis_words(direction)}"
+            return Way((x, y, z), side, f"from there, from as far away as {named} is")
+        step = place - np.array(nearest.at)
+        forward = self.middle - np.array(nearest.at)
+        forward -= (forward @ self.up) * self.up
+        size = np.linalg.norm(forward)
+        ahead = size > UPRIGHT * away
+        forward = forward / size if ahead else np.cross(self.up, np.roll(self.up, 1))
+        left = np.cross(self.up, forward)
+        side = _side_words(direction, forward, left, self.up)
+        side += "" if side == "above" else f", as {nearest.name} sees it"
+        moves = [
+            f"{self._length(step @ axis, away)} {ways[int(step @ axis < 0)]}"
+            for axis, ways in zip((left, forward, self.up), WAYS, strict=True)
+            if abs(step @ axis) > WORTH_SAYING * away
+        ]
+        go = f"from a place {listed(moves)} as seen from {named}" if moves else f"as {named} does"
+        return Way((x, y, z), side, go)
+
+    def _length(self, value: float, away: float) -> str:
+        """Return a way to go, with one digit; where the scale is not known as a share of the
+        distance."""
+        if self.length_unit is None:
+            return f"{abs(value) / away:.1f} of the distance"
+        size = abs(value)
+        return with_unit(f"{size:.1f}" if size >= 0.1 else f"{size:.2f}", self.length_unit)
+
+
+def axis_words(direction: Vector) -> str:
+    """Return the axis, or the two, that a direction lies nearest to.
+
+    >>> axis_words(np.array([1.0, 0.0, 0.1])), axis_words(np.array([0.6, -0.8, 0.0]))
+    ('+x', '+x and -y')
+    """
+    return " and ".join(name for name, axis in AXES.items() if direction @ axis > 0.45)
+
+
+def _side_words(direction: Vector, forward: Vector, left: Vector, up: Vector) -> str:
+    """Return the direction as a viewer calls it who looks along `forward`."""
+    if direction @ up > 0.9:
+        return "above"
+    turn = math.degrees(math.atan2(abs(direction @ left), direction @ forward))
+    side = "left" if direction @ left > 0 else "right"
+    if turn < 30:
+        return "behind"
+    return f"behind and the {side}" if turn < 70 else f"the {side}"

@@ -1,4 +1,4 @@
-"""What the models say of a scene: verdicts, each with parts, sizes, angles and proof."""
+"""Verdicts on a scene: verdicts, each with parts, sizes, angles and proof."""
 
 import re
 from collections.abc import Iterator
@@ -68,7 +68,7 @@ class Condition:
 
     @property
     def said(self) -> str:
-        """What the condition asks, in words: the reason, or the line itself where there is none."""
+        """The condition in words: the reason, or the line itself where there is none."""
         return self.reason or self.text or self.label
 
     @property
@@ -90,8 +90,8 @@ class Condition:
     def to_json(
         self, length_unit: str | None, *, full: bool = False, measured: bool = True
     ) -> dict[str, Any]:
-        """The condition and the reason for its state as plain data, with the numbers it rests on if
-        `measured`; `full` the whole proof too."""
+        """Return the condition and the reason for its state as plain data, with the numbers it
+        rests on if `measured`; `full` the whole proof too."""
         written = {"place": self.place, "text": self.text if full else ""}
         found = reason(self.proof)
         return {
@@ -107,7 +107,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Verdict:
-    """What one model says of one thing.
+    """Verdict of one model on one thing.
 
     `degree` and `degree_at_most` bound the probability that the true values lie within the model's
     tolerances; they are equal where all was measured.
@@ -118,11 +118,11 @@ class Verdict:
     thing: str
     """The thing's name, as t1; empty of no thing."""
     state: State
-    """What the measured values say: holds, fails or unknown."""
+    """State by the measured values: holds, fails or unknown."""
     degree: float
     """The probability that it holds, from this scene alone; at least that."""
     degree_at_most: float
-    """What it is at most, whatever was not seen."""
+    """Upper bound of that probability, whatever was not seen."""
     parts: tuple[Part, ...]
     """The parts of the model and the faces that play them."""
     sizes: tuple[Size, ...]
@@ -131,10 +131,10 @@ class Verdict:
     """The lines of the model, each with its proof."""
     also: int = 0
     """How many other ways to choose the parts hold as well."""
-    length_unit: str | None = None
-    """'m', or None where the scale is not known."""
     specialises: tuple[str, ...] = ()
     """The models of which this one is a special case, the nearest first."""
+    length_unit: str | None = None
+    """'m', or None where the scale is not known."""
     rather_than: tuple[str, ...] = field(default=(), compare=False)
     """The models whose names stand after this one's where both hold (best_first.py)."""
     own: bool = field(default=False, compare=False)
@@ -144,8 +144,7 @@ class Verdict:
     such a verdict (calibration.py); None of a verdict on no thing, of parts that were given, and
     where nothing is calibrated."""
     assumed: float = field(default=0.0, compare=False)
-    """Of the space that the thing fills so much was not seen and counts as full, 0..1, if someone
-    asked why."""
+    """Share of the thing's space that was not seen and counts as full, 0..1, if asked for."""
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
     """Why parts may have been missed and from where they could be seen, if someone asked why it
     does not hold."""
@@ -179,8 +178,7 @@ class Verdict:
 
     @property
     def lacking(self) -> frozenset[str]:
-        """Of what whoever gives the scene can state, "up" and "scale", that which leaves conditions
-        open."""
+        """Statements about the scene, "up" and "scale", that would settle open conditions."""
         found = (reason(c.proof) for c in self.conditions_that(State.UNKNOWN))
         notes = (step.step.detail for step in found if step is not None)
         causes = {note.cause for note in notes if isinstance(note, Note)}
@@ -192,7 +190,7 @@ class Verdict:
         return tuple(part.role for part in self.parts if not part.faces and not part.is_group)
 
     def conditions_that(self, state: State) -> tuple[Condition, ...]:
-        """The conditions of this state, in the order of the file."""
+        """Return the conditions of this state, in the order of the file."""
         return tuple(c for c in self.conditions if c.proof.state is state)
 
     @property
@@ -201,15 +199,16 @@ class Verdict:
         return summary(self)
 
     def lines(self, *, full: bool = False) -> Iterator[str]:
-        """The verdict and why, a line for each condition; `full` with the whole proof of each."""
+        """Return the verdict and why, a line for each condition; `full` with the whole proof of
+        each."""
         return verdict_lines(self, full=full)
 
     def miss_lines(self) -> Iterator[str]:
-        """What keeps this assignment from holding, first what the least change would mend."""
+        """Return why this assignment does not hold, first what the least change would mend."""
         return miss_lines(self)
 
     def to_json(self, *, full: bool = False) -> dict[str, Any]:
-        """The verdict as plain data, with `full` the whole proof of each condition.
+        """Return the verdict as plain data, with `full` the whole proof of each condition.
 
         Else a verdict that fails has numbers only where it does: no sizes or angles of what is no
         such thing, and of conditions that hold the reason in words.
@@ -244,7 +243,7 @@ class Verdict:
         }
 
     def _shortfalls(self) -> Iterator[dict[str, Any]]:
-        """What each condition misses: of one measure the least, and what an earlier one has not."""
+        """Yield the shortfalls of each condition: the least of each measure, and each once."""
         given: set[tuple[str, str, float]] = set()
         for condition in self.conditions:
             least: dict[tuple[str, str], tuple[Comparison, Shortfall]] = {}
@@ -291,7 +290,8 @@ class Recognition:
         return f"<Recognition of {self.scene}: {found}>"
 
     def lines(self, *, full: bool = False) -> Iterator[str]:
-        """What holds and why, then a line for all that does not; `full` with the whole proofs."""
+        """Return what holds and why, then a line for each verdict that does not hold; `full` with
+        the whole proofs."""
         for verdict in self.best:
             yield from verdict.lines(full=full)
         for verdict in self.verdicts:
@@ -301,7 +301,8 @@ class Recognition:
             yield "nothing was found that a model could be asked about"
 
     def to_json(self, *, full: bool = False) -> dict[str, Any]:
-        """The recognition as plain data, with the schema's name; `full` with the whole proofs."""
+        """Return the recognition as plain data, with the schema's name; `full` with the whole
+        proofs."""
         return {
             "schema": SCHEMA,
             "scene": self.scene,

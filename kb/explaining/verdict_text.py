@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import height_words, with_roles
-from facetlog.kb.explaining.nearness import Nearness
-from facetlog.kb.explaining.proof import MARKS, Comparison, Note, State
+from facetlog.kb.explaining.proof import MARKS, Comparison, Nearness, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
 from facetlog.kb.explaining.wording import CAUSES, UNSEEN, listed, runs, with_article
@@ -37,10 +36,10 @@ WIDTH = 100
 """Characters of a line, except where the author's own words are longer."""
 
 LEAST_ASSUMED = 0.005
-"""Of what a thing fills less than this share that was not seen would be said to be 0 %."""
+"""Least share of unseen space that is mentioned: less would be written as 0 %."""
 
 NO_MODEL = "no model matches"
-"""What is said where nothing holds."""
+"""Text where nothing holds."""
 
 # A degree that is written as 100 % says nothing that the verdict does not.
 CERTAIN = 0.995
@@ -53,22 +52,23 @@ _OF_SEVERAL = CAUSES | {UNSEEN: "a part that they need was not seen"}
 
 
 def holding_text(best: Iterable[str]) -> str:
-    """What holds, a sentence for each, on one line; that no model matches where there is none."""
+    """Return a sentence for each verdict that holds, on one line; that no model matches where there
+    is none."""
     return "; ".join(best) or NO_MODEL
 
 
 def summary(verdict: "Verdict") -> str:
-    """One sentence: what it is, or why it is not, or what is missing."""
+    """Return one sentence: what it is, or why it is not, or what is missing."""
     return _summaries(verdict)[0]
 
 
 def summary_line(verdict: "Verdict") -> str:
-    """The same on a line."""
-    return _fitting(_summaries(verdict))
+    """Return the summary on one line."""
+    return _choose_fitting_text(_summaries(verdict))
 
 
 def _summaries(verdict: "Verdict") -> tuple[str, ...]:
-    """It with all that belongs to it first, then with less and less."""
+    """Return the summaries, the fullest first, then with less and less."""
     one = with_article(verdict.model)
     if not verdict.thing:
         return (f"nothing was found that could be {one}",)
@@ -79,17 +79,20 @@ def _summaries(verdict: "Verdict") -> tuple[str, ...]:
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"
-        return tuple(f"{head}{why}" for group in _reasons(verdict) for why in group)
+        return tuple(f"{head}{why}" for group in _list_reason_groups(verdict) for why in group)
     holding = len(verdict.conditions_that(State.HOLDS))
     head = f"{verdict.thing} is no {verdict.model}"
     counts = f" ({holding} of {len(verdict.conditions)} conditions hold)"
     return tuple(
-        f"{head}{why}{end}" for group in _reasons(verdict) for why in group for end in (counts, "")
+        f"{head}{why}{end}"
+        for group in _list_reason_groups(verdict)
+        for why in group
+        for end in (counts, "")
     )
 
 
-def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
-    """Why a verdict does not hold: groups of texts from the longest to the shortest.
+def _list_reason_groups(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
+    """Return why a verdict does not hold: groups of texts from the longest to the shortest.
 
     It is the condition that the least change would turn, and by how much: the number is the last
     to be left out.
@@ -122,14 +125,14 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
 
 
 def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
-    """The verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
+    """Return the verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
     Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
     """
     yield summary(verdict) if full else summary_line(verdict)
     if verdict.parts:
-        yield from _parts(verdict, full=full)
+        yield from _iter_part_lines(verdict, full=full)
     if verdict.sizes:
         yield from _sizes(verdict)
     if full:
@@ -139,7 +142,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             yield f"  {MARKS[line.proof.state]} {said}"
             for step in trace(line.proof, verdict.length_unit):
                 yield f"      {step}"
-        yield from _unseen(verdict)
+        yield from _iter_unseen_lines(verdict)
     elif verdict.state is State.HOLDS:
         reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
         yield from _conditions((line for line, _ in reasons), verdict.length_unit)
@@ -148,11 +151,11 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             more = " more" if reasons else ""
             yield f"  + {unsaid}{more} condition{'s hold' if unsaid > 1 else ' holds'}"
     else:
-        yield from _missing(verdict)
+        yield from _iter_open_lines(verdict)
 
 
 def miss_lines(verdict: "Verdict") -> Iterator[str]:
-    """What keeps this assignment from holding: one head line, then only what fails or is open.
+    """Return why this assignment does not hold: one head line, then only what fails or is open.
 
     For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
     """
@@ -169,12 +172,12 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
     end = f": {', '.join(said) or 'all hold'}"
     head = f"{verdict.thing} {known}"
     named = tuple(f"{head} with {parts}{end}" for parts in _named(verdict.parts, ", "))
-    yield _fitting((*named, f"{head}{end}"))
-    yield from _missing(verdict)
+    yield _choose_fitting_text((*named, f"{head}{end}"))
+    yield from _iter_open_lines(verdict)
 
 
-def _missing(verdict: "Verdict") -> Iterator[str]:
-    """What fails, then what is open, first what the least change would turn; then what holds."""
+def _iter_open_lines(verdict: "Verdict") -> Iterator[str]:
+    """Return what fails, what is open (the least change first), then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
         lines = _by_change(verdict, state)
         for cause, why in _OF_SEVERAL.items():
@@ -182,78 +185,78 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
             if len(same) > 1:
                 lines = [line for line in lines if line not in same]
                 which = listed([line.label for line in same])
-                yield from _wrapped(f"  ? {which}: not known, because {why}")
+                yield from _wrap_line(f"  ? {which}: not known, because {why}")
         yield from _conditions(lines, verdict.length_unit)
-    yield from _unseen(verdict)
+    yield from _iter_unseen_lines(verdict)
     held = verdict.conditions_that(State.HOLDS)
     labels = [c.label for c in held if reason(c.proof) is not None]
     if held:
         more = f" (+ {len(held) - len(labels)} more)" if len(held) > len(labels) else ""
         count = f"  + {len(held)} condition{'s hold' if len(held) > 1 else ' holds'}"
         named = (f"  + holds: {', '.join(labels)}{more}",) if labels else ()
-        yield _fitting((*named, count))
+        yield _choose_fitting_text((*named, count))
 
 
 def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
-    """The conditions with the reasons for their states, each reason once."""
+    """Return the conditions with the reasons for their states, each reason once."""
     given: set[tuple[str, ...]] = set()
     for line in lines:
         texts = _reason_texts(line, length_unit)
         if texts in given:
-            yield _condition(line, ("for the same reason",))
+            yield _format_condition(line, ("for the same reason",))
         else:
             yield from _condition_with_reason(line, texts)
         given.add(texts)
 
 
 def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
-    """The condition and the reason for its state: the whole of one that fails, is open, or compares
-    a measure with limits, which may take a line of its own."""
+    """Return the condition and the reason for its state: the whole of one that fails, is open, or
+    compares a measure with limits, which may take a line of its own."""
     found = reason(line.proof)
     compares = found is not None and isinstance(found.step.detail, Comparison)
     if line.proof.state is State.HOLDS and not compares:
-        yield _condition(line, texts)
+        yield _format_condition(line, texts)
         return
-    in_one = _condition(line, texts[:1])
+    in_one = _format_condition(line, texts[:1])
     if line.said in in_one and texts[0] in in_one:
         yield in_one
     else:
-        yield _condition(line, ())
-        yield _fitting(f"      {text}" for text in texts)
+        yield _format_condition(line, ())
+        yield _choose_fitting_text(f"      {text}" for text in texts)
 
 
 def _open_because(line: "Condition", cause: str) -> bool:
-    """Whether what decides a condition is not known for this cause."""
+    """Return whether what decides a condition is not known for this cause."""
     found = reason(line.proof)
     step = None if found is None else found.step.detail
     return isinstance(step, Note) and step.cause == CAUSES[cause]
 
 
 def _assumed(verdict: "Verdict") -> Iterator[str]:
-    """How much of its space nobody saw, and what it counts as."""
+    """Return how much of its space nobody saw, and what it counts as."""
     if verdict.assumed >= LEAST_ASSUMED:
-        yield from _wrapped(
+        yield from _wrap_line(
             f"  space: {verdict.assumed:.0%} of what {verdict.thing} fills was not seen; it lies "
             "behind what was, and counts as full"
         )
 
 
-def _unseen(verdict: "Verdict") -> Iterator[str]:
-    """Why parts may have been missed, and from where they could be seen."""
+def _iter_unseen_lines(verdict: "Verdict") -> Iterator[str]:
+    """Return why parts may have been missed, and from where they could be seen."""
     roles = verdict.unseen_roles
     for found in verdict.unseen:
         for line in found.lines(roles):
-            yield from _wrapped(f"  {line}")
+            yield from _wrap_line(f"  {line}")
         roles = ()
 
 
-def _wrapped(line: str) -> list[str]:
-    """The line, and what has no room on it beneath it."""
+def _wrap_line(line: str) -> list[str]:
+    """Return the line, and what has no room on it beneath it."""
     return textwrap.wrap(line, WIDTH, subsequent_indent=" " * 6)
 
 
 def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
-    """The conditions of this state, first those that the least change would turn.
+    """Return the conditions of this state, first those that the least change would turn.
 
     That of one value that turns the whole verdict, which several conditions may ask, comes before
     all others; conditions that no one value turns come last.
@@ -268,8 +271,8 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
     return sorted(verdict.conditions_that(state), key=mending)
 
 
-def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
-    """What the condition asks and the reason for its state, as far as there is room."""
+def _format_condition(line: "Condition", texts: tuple[str, ...]) -> str:
+    """Return the condition and the reason for its state, as far as there is room."""
     head = f"  {mark(line)} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
@@ -277,7 +280,7 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     place = f" [{line.place}]" if line.place else ""
     whole = [f"{head}{asks}{degree} – {text}" for text in texts] or [f"{head}{asks}{degree}"]
     short = [f"{head}{degree} – {text}" for text in texts]
-    return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
+    return _choose_fitting_text((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
 
 
 def mark(line: "Condition") -> str:
@@ -286,7 +289,7 @@ def mark(line: "Condition") -> str:
 
 
 def _is_lapsed(line: "Condition") -> bool:
-    """Whether a condition holds though what it expects is not so."""
+    """Return whether a condition holds though what it expects is not so."""
     found = reason(line.proof)
     holds = line.proof.state is State.HOLDS
     return holds and found is not None and found.is_wanted and found.step.state is State.FAILS
@@ -298,13 +301,13 @@ def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]
 
 
 def parts_text(verdict: "Verdict") -> str:
-    """Which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
+    """Return which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
     return _named(verdict.parts, "; ")[0]
 
 
-def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:
+def _iter_part_lines(verdict: "Verdict", *, full: bool) -> Iterator[str]:
     named = [f"  parts: {parts}" for parts in _named(verdict.parts, "; ")]
-    yield named[0] if full else _fitting(named)
+    yield named[0] if full else _choose_fitting_text(named)
 
 
 def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
@@ -325,7 +328,7 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
 
 
 def size_texts(verdict: "Verdict") -> tuple[str, ...]:
-    """The sizes, each in a unit of its own, in which its deviation can be read as well.
+    """Return the sizes, each in a unit of its own, in which its deviation can be read as well.
 
     Of heights, of which a thing has several, it is said what they are the height of.
     """
@@ -354,7 +357,7 @@ def _sizes(verdict: "Verdict") -> Iterator[str]:
     yield text
 
 
-def _fitting(texts: Iterable[str]) -> str:
-    """The first text that fits on a line; of none the shortest."""
+def _choose_fitting_text(texts: Iterable[str]) -> str:
+    """Return the first text that fits on a line; of none the shortest."""
     found = tuple(texts)
     return next((text for text in found if len(text) <= WIDTH), min(found, key=len))

@@ -22,116 +22,35 @@ __all__ = [
 ]
 
 UNSEEN = "unseen"
-"""What rules write for a part of which no face was measured."""
+"""Name in rules of a part of which no face was measured."""
 HOW_SEEN = frozenset({"whole", "scanned"})
 """Relations that say how a thing was seen, not what it is."""
 
-# What is so, what is not so, what is not known. {0} is the first argument, {1} the second, {all}
-# every one.
-_RELATIONS: dict[str, tuple[str, str, str]] = {
-    "measured": (
-        "{0} was measured",
-        "{0} was not measured, only completed from its neighbours",
-        "it is not known whether {0} was measured",
-    ),
-    "adjoins": (
-        "{all} share an edge",
-        "{all} share no edge",
-        "it is not known whether {all} share an edge",
-    ),
-    "coplanar": (
-        "{all} lie in one plane",
-        "{all} do not lie in one plane",
-        "it is not known whether {all} lie in one plane",
-    ),
-    "opposite": (
-        "{all} face away from each other",
-        "{all} do not face away from each other",
-        "it is not known whether {all} face away from each other",
-    ),
-    "convex": (
-        "{all} bulge outwards where they meet",
-        "{all} are hollow where they meet",
-        "it is not known whether {all} bulge outwards where they meet",
-    ),
-    "concave": (
-        "{all} are hollow where they meet",
-        "{all} bulge outwards where they meet",
-        "it is not known whether {all} are hollow where they meet",
-    ),
-    "upward": ("{0} faces up", "{0} does not face up", "it is not known whether {0} faces up"),
-    "downward": (
-        "{0} faces down",
-        "{0} does not face down",
-        "it is not known whether {0} faces down",
-    ),
-    "share_corner": (
-        "{all} meet at one corner",
-        "{all} do not meet at one corner",
-        "it is not known whether {all} meet at one corner",
-    ),
-    "bounds": (
-        "{0} is a side of {1}",
-        "{0} is no side of {1}",
-        "it is not known whether {0} is a side of {1}",
-    ),
-    "touches": (
-        "{all} touch",
-        "{all} do not touch",
-        "it is not known whether {all} touch",
-    ),
-    "on_ground": (
-        "{0} stands on the ground",
-        "{0} does not reach the ground",
-        "it is not known whether {0} stands on the ground",
-    ),
-    "at_rim": (
-        "{0} stands at the rim of {1}",
-        "{0} does not stand at the rim of {1}",
-        "it is not known whether {0} stands at the rim of {1}",
-    ),
-    "joins": ("{all} touch", "{all} do not touch", "it is not known whether {all} touch"),
-    "carries": (
-        "{0} carries {1}",
-        "{0} does not carry {1}",
-        "it is not known whether {0} carries {1}",
-    ),
-    "hangs_from": (
-        "{0} hangs from {1}",
-        "{0} does not hang from {1}",
-        "it is not known whether {0} hangs from {1}",
-    ),
-    "in": ("{0} lies in {1}", "{0} does not lie in {1}", "it is not known whether {0} lies in {1}"),
-    "frames": (
-        "{0} is at the rim of {1}",
-        "{0} is not at the rim of {1}",
-        "it is not known whether {0} is at the rim of {1}",
-    ),
-    "beside": (
-        "{0} stands beside {1}",
-        "{0} does not stand beside {1}",
-        "it is not known whether {0} stands beside {1}",
-    ),
-    "inside": (
-        "{0} is inside {1}",
-        "{0} is not inside {1}",
-        "it is not known whether {0} is inside {1}",
-    ),
-    "openings_known": (
-        "all openings of {0} are known",
-        "{0} may have more openings",
-        "{0} may have more openings",
-    ),
-    "whole": (
-        "{0} is known from all sides",
-        "{0} is not known from all sides",
-        "it is not known whether {0} is known from all sides",
-    ),
-    "scanned": (
-        "{0} was scanned from some sides",
-        "{0} was not scanned from some sides",
-        "it is not known whether {0} was scanned from some sides",
-    ),
+# Sentences for true and false. {0} is the first argument, {1} the second, {all} every one.
+_RELATIONS: dict[str, tuple[str, str]] = {
+    "measured": ("{0} was measured", "{0} was not measured, only completed from its neighbours"),
+    "adjoins": ("{all} share an edge", "{all} share no edge"),
+    "coplanar": ("{all} lie in one plane", "{all} do not lie in one plane"),
+    "opposite": ("{all} face away from each other", "{all} do not face away from each other"),
+    "convex": ("{all} bulge outwards where they meet", "{all} are hollow where they meet"),
+    "concave": ("{all} are hollow where they meet", "{all} bulge outwards where they meet"),
+    "upward": ("{0} faces up", "{0} does not face up"),
+    "downward": ("{0} faces down", "{0} does not face down"),
+    "share_corner": ("{all} meet at one corner", "{all} do not meet at one corner"),
+    "bounds": ("{0} is a side of {1}", "{0} is no side of {1}"),
+    "touches": ("{all} touch", "{all} do not touch"),
+    "on_ground": ("{0} stands on the ground", "{0} does not reach the ground"),
+    "at_rim": ("{0} stands at the rim of {1}", "{0} does not stand at the rim of {1}"),
+    "joins": ("{all} touch", "{all} do not touch"),
+    "carries": ("{0} carries {1}", "{0} does not carry {1}"),
+    "hangs_from": ("{0} hangs from {1}", "{0} does not hang from {1}"),
+    "in": ("{0} lies in {1}", "{0} does not lie in {1}"),
+    "frames": ("{0} is at the rim of {1}", "{0} is not at the rim of {1}"),
+    "beside": ("{0} stands beside {1}", "{0} does not stand beside {1}"),
+    "inside": ("{0} is inside {1}", "{0} is not inside {1}"),
+    "openings_known": ("all openings of {0} are known", "{0} may have more openings"),
+    "whole": ("{0} is known from all sides", "{0} is not known from all sides"),
+    "scanned": ("{0} was scanned from some sides", "{0} was not scanned from some sides"),
 }
 
 CAUSES = {
@@ -174,7 +93,7 @@ _SAME_AS = {
 
 
 def unknown_words(measure: Term, cause: str) -> str:
-    """That a measure is not known; of an unseen face there is no more to say.
+    """Return that a measure is not known; of an unseen face there is no more to say.
 
     >>> unknown_words(Struct("tilt", (Atom("f1"),)), "up")
     'tilt(f1) is not known'
@@ -183,7 +102,7 @@ def unknown_words(measure: Term, cause: str) -> str:
 
 
 def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
-    """A relation that is true, false or unknown, as a clause.
+    """Return a relation that is true, false or unknown, as a clause.
 
     >>> relation_words(Struct("adjoins", (Atom("f1"), Atom("f2"))), "false")
     'f1 and f2 share no edge'
@@ -193,7 +112,8 @@ def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
     match relation:
         case Struct(name, args) if _word(name) in _RELATIONS:
             faces = _names(args)
-            true, false, unknown = _RELATIONS[_word(name)]
+            true, false = _RELATIONS[_word(name)]
+            unknown = false if name == "openings_known" else f"it is not known whether {true}"
             form = {"true": true, "false": false}.get(truth, unknown)
             # A list of faces may be empty.
             return form.format(*faces, *("nothing",) * 2, all=listed(faces))
@@ -202,7 +122,7 @@ def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
 
 
 def cause_words(cause: str, about: Term) -> str:
-    """Why a measure or relation is not known, or an empty text.
+    """Return why a measure or relation is not known, or an empty text.
 
     >>> cause_words("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
     'they do not adjoin,'
@@ -219,7 +139,7 @@ def cause_words(cause: str, about: Term) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names joined as in a sentence.
+    """Return names joined as in a sentence.
 
     >>> listed(("f1", "f2", "f3")), listed(())
     ('f1, f2 and f3', 'nothing')
@@ -230,7 +150,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def with_article(noun: str) -> str:
-    """A model's name with its article.
+    """Return a model's name with its article.
 
     >>> with_article("table"), with_article("armchair")
     ('a table', 'an armchair')
@@ -250,7 +170,7 @@ def _names(terms: Sequence[Term]) -> tuple[str, ...]:
 
 
 def readable(term: Term) -> str:
-    """The term as a person writes it; what is counted is named as long as that can be read.
+    """Return the term as a person writes it; what is counted is named as long as that can be read.
 
     >>> readable(Struct("at_least", (Struct("share", (Atom("f1"),)), 0.8)))
     'at_least(share(f1), 0.8)'
@@ -286,7 +206,7 @@ def readable(term: Term) -> str:
 
 
 def _word(functor: str) -> str:
-    """What models write for a word: of pieces and openings some have another name in Prolog."""
+    """Return the word as models write it: some have another name in Prolog."""
     return functor.removeprefix("piece_").removeprefix("opening_")
 
 
@@ -297,7 +217,7 @@ def _counted(items: Sequence[Term]) -> str:
 
 
 def runs(names: Sequence[str], between: str = "+") -> str:
-    """Names in order, those that follow one another as one.
+    """Return names in order, those that follow one another as one.
 
     >>> runs(("f9", "f2", "f8", "f10"))
     'f2+f8–f10'

@@ -1,1 +1,1 @@
-"""What is loaded into Prolog: a scene's facts, rules, and the words that questions may use."""
+"""Loading into Prolog: a scene's facts, rules, and the words that questions may use."""

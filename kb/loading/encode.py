@@ -5,16 +5,18 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import TypeAlias
 
-from facetlog.kb.engine.terms import Atom, term_text
+from facetlog.grammar.vocabulary import VOCABULARY
+from facetlog.kb.engine.terms import Atom, Struct, term_text
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
-__all__ = ["Fact", "argument_text", "fact_text", "facts_program"]
+__all__ = ["Fact", "argument_text", "declarations", "fact_text", "facts_program"]
 
 Fact: TypeAlias = tuple[str | int | float, ...]
 """A functor's name and its arguments: strings are atoms."""
 
 
 def fact_text(fact: Fact) -> str:
-    """The fact as one clause, with its full stop.
+    """Return the fact as one clause, with its full stop.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
 
@@ -29,7 +31,7 @@ def fact_text(fact: Fact) -> str:
 
 
 def argument_text(argument: object, fact: Fact) -> str:
-    """One argument of the fact in Prolog syntax; errors as in `fact_text`."""
+    """Return one argument of the fact in Prolog syntax; errors as in `fact_text`."""
     if isinstance(argument, str):
         return _name(argument)
     if not isinstance(argument, int | float):
@@ -46,7 +48,24 @@ def _name(text: str) -> str:
 
 
 def facts_program(facts: Iterable[Fact]) -> Iterator[str]:
-    """Lines of a file that `swipl` loads by itself, for `facts.pl`."""
+    """Return lines of a file that `swipl` loads by itself, for `facts.pl`."""
     yield "% Facts of one scene; `facetlog model words facts` explains them."
     yield ":- style_check(-discontiguous)."
     yield from map(fact_text, facts)
+
+
+def declarations() -> str:
+    """Return the facts and the words of models, for declare_facts/1 of schema.pl."""
+    facts = (
+        Struct(
+            "declared",
+            (
+                Atom(kind.functor),
+                tuple(Struct("-", (Atom(a.name), Atom(a.kind.value))) for a in kind.arguments),
+                kind.meaning,
+            ),
+        )
+        for kind in FACT_SCHEMA
+    )
+    words = (Struct("means", (Atom(word.name), word.meaning)) for word in VOCABULARY.values())
+    return term_text((*facts, *words))

@@ -57,7 +57,7 @@ def facts_request(scene: str, facts: Sequence[Fact]) -> str:
 def column_text(
     values: Sequence[str | int | float] | Floats, name: str, rows: Iterable[Fact]
 ) -> tuple[str, str]:
-    """The layout and the text of the values of one argument of the facts `name`."""
+    """Return the layout and the text of the values of one argument of the facts `name`."""
     if isinstance(values, np.ndarray):
         text = floats_text(values)
         if text:
@@ -79,7 +79,7 @@ def column_text(
 
 
 def floats_text(values: Sequence[str | int | float] | Floats) -> str:
-    """Floats as float_bytes.pl has them; empty if one of them is not finite."""
+    """Return floats as float_bytes.pl has them; empty if one of them is not finite."""
     numbers = np.empty(len(values), FLOAT)
     numbers["byte"] = FLOAT_BYTE
     numbers["value"] = values

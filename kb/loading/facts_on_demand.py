@@ -24,7 +24,7 @@ FEWEST = 3  # names in a matrix: of fewer the columns are as good
 
 
 def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
-    """The facts of the module `scene` by functor and number of arguments, column by column.
+    """Return the facts of the module `scene` by functor and number of arguments, column by column.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
     """
@@ -35,7 +35,9 @@ def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
     later: list[str] = []
     for (name, arity), columns in facts.items():
         found = _of_each_two(columns)
-        matrix = _matrix(columns[2:], len(found)) if found and names in ((), found) else ""
+        matrix = (
+            _build_matrix_text(columns[2:], len(found)) if found and names in ((), found) else ""
+        )
         if matrix:
             names = found
             matrices.append(f"{argument_text(name, ())}-{arity}")
@@ -55,7 +57,8 @@ def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
 
 
 def _of_each_two(columns: Columns) -> tuple[str, ...]:
-    """The names of which each two, in either order, have one row of floats, in order of the names.
+    """Return the names of which each two, in either order, have one row of floats, in order of the
+    names.
 
     None if the columns are anything else.
     """
@@ -77,14 +80,14 @@ def _of_each_two(columns: Columns) -> tuple[str, ...]:
 
 @lru_cache(maxsize=64)
 def _each_two(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The first and the second names of all pairs; scenes with so many faces have the same."""
+    """Return the first and the second names of all pairs."""
     others = (names[:i] + names[i + 1 :] for i in range(len(names)))
     firsts = chain.from_iterable([name] * (len(names) - 1) for name in names)
     return tuple(firsts), tuple(chain.from_iterable(others))
 
 
-def _matrix(columns: Columns, count: int) -> str:
-    """One matrix for each column, row by row; 0 stands for what a name has with itself.
+def _build_matrix_text(columns: Columns, count: int) -> str:
+    """Return one matrix for each column, row by row; 0 stands for what a name has with itself.
 
     Empty if a value is not finite.
     """

@@ -1,15 +1,15 @@
-"""What a knowledge base has loaded."""
+"""Loaded scenes, rule files and words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from facetlog.errors import EngineError
 from facetlog.kb.calibration import InputKind
-from facetlog.kb.engine.terms import Atom, Struct, Term
+from facetlog.kb.engine.terms import Term
+from facetlog.kb.explaining.records import decode_record
 
-__all__ = ["LoadedScene", "RuleFile", "decode_rule_file"]
+__all__ = ["LoadedScene", "RuleFile", "Word", "decode_rule_file", "decode_words"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,25 +51,44 @@ class LoadedScene:
     surfaces: Mapping[str, InputKind]
 
     def kind_of(self, thing: str) -> InputKind:
-        """How a thing was measured."""
+        """Return how a thing was measured."""
         return self.surfaces.get(thing, InputKind.PICTURES)
 
 
 def decode_rule_file(term: Term, path: Path, files: tuple[Path, ...]) -> RuleFile:
-    """The file that Prolog has loaded, without digests; `files` is what it is from.
+    """Return the file that Prolog has loaded, without digests; `files` is what it is from.
 
     Raises EngineError if the reply is something else.
     """
-    match term:
-        case Struct("loaded", (Atom(module), tuple(models), tuple(pairs), tuple(warnings))):
-            names, said = tuple(map(str, models)), tuple(map(str, warnings))
-            others = MappingProxyType(dict(map(_rather_than, pairs)))
-            return RuleFile(path, module, names, said, files=files, rather_than=others)
-    raise EngineError(f"{path}: no rules were loaded")
+    names: tuple[str, ...]
+    pairs: tuple[tuple[str, tuple[str, ...]], ...]
+    warnings: tuple[str, ...]
+    module, names, pairs, warnings = decode_record(term, _LOADED)
+    return RuleFile(
+        path, module, names, warnings, files=files, rather_than=MappingProxyType(dict(pairs))
+    )
 
 
-def _rather_than(pair: Term) -> tuple[str, tuple[str, ...]]:
-    match pair:
-        case Struct("-", (Atom(model), tuple(others))):
-            return model, tuple(map(str, others))
-    raise EngineError(f"no model and others: {pair!r}")
+# loaded(Module, Models, Others, Warnings) of loader.pl.
+_LOADED = tuple[str, tuple[str, ...], tuple[tuple[str, tuple[str, ...]], ...], tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word of questions.
+
+    `kind` is what it is (fact, search, measure, relation, builtin ...), `signature` the word with
+    the names of its arguments, `meaning` one line for a reader, empty if there is none.
+    """
+
+    name: str
+    arity: int
+    kind: str
+    signature: str
+    meaning: str
+
+
+def decode_words(term: Term) -> tuple[Word, ...]:
+    """Return the words of question_words/1 of words.pl. Raises EngineError for anything else."""
+    found = decode_record(term, tuple[tuple[tuple[str, int], str, str, str], ...])
+    return tuple(Word(*indicator, *about) for indicator, *about in found)

@@ -11,19 +11,19 @@ from types import MappingProxyType
 
 from facetlog.errors import RuleSyntaxError
 from facetlog.kb.calibration import content_key, judging_key
-from facetlog.kb.engine.door import Door, ask, clean_up
+from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.engine.transport import ask, clean_up
 from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
-from facetlog.kb.loading.promised_facts import asks_on_demand
-from facetlog.kb.loading.rule_source import MODEL_SUFFIX, RuleSource, rule_sources
-from facetlog.kb.loading.rule_text import rule_text
+from facetlog.kb.loading.rule_source import MODEL_SUFFIX, RuleSource, rule_sources, rule_text
+from facetlog.kb.loading.scene_facts import asks_on_demand
 from facetlog.plain_text import plain_text
 
 __all__ = ["RuleFiles"]
 
 
 def _reported(message: str, source: RuleSource) -> str:
-    """What is wrong with compiled text, reported for the files that it was made from."""
+    """Return the faults of compiled text, reported for the files that it was made from."""
     place = re.compile(rf"^{re.escape(plain_text(str(source.path)))}:(\d+)", re.MULTILINE)
     return place.sub(lambda found: source.place(int(found[1])), message)
 
@@ -31,8 +31,8 @@ def _reported(message: str, source: RuleSource) -> str:
 class RuleFiles:
     """The rule files of the knowledge base of that name; `lock` is held while they change."""
 
-    def __init__(self, base: str, door: Door, lock: RLock) -> None:
-        self._base, self._door, self._lock = base, door, lock
+    def __init__(self, base: str, lock: RLock) -> None:
+        self._base, self._lock = base, lock
         self._numbers = count(1)
         self._builtin: list[RuleFile] = []
         self._users: dict[Path, RuleFile] = {}
@@ -59,18 +59,18 @@ class RuleFiles:
         return MappingProxyType({model: rules for rules in files for model in rules.models})
 
     def load_builtin(self, path: Path) -> None:
-        """Loads a file that belongs to facetlog."""
+        """Load a file that belongs to facetlog."""
         source, name = RuleSource(path, rule_text(path), ()), Atom(plain_text(str(path)))
-        rules = self._read("load_builtin", name, source, state=self._base)
-        self._name_models(rules, state=self._base)
+        rules = self._read("load_builtin", name, source)
+        self._name_models(rules)
         self._builtin.append(replace(rules, own=False))
 
     def load(self, path: Path, *, trusted: bool) -> RuleFile:
-        """Loads a user's file, before it those that it needs: see KnowledgeBase.load_rules."""
+        """Load a user's file, before it those that it needs: see KnowledgeBase.load_rules."""
         with ExitStack() as undo:
             for source in rule_sources(path, present=self._users):
                 loaded = self._load(source, trusted=trusted)
-                undo.callback(self.unload, loaded)
+                undo.callback(self._unload, loaded)
             undo.pop_all()
         return loaded
 
@@ -85,7 +85,7 @@ class RuleFiles:
         operation = "load_compiled" if source.prolog_file is None else "load_prolog"
         module = f"{self._base}:rules{next(self._numbers)}"
         rules = Struct("rules", (Atom(module), Atom(plain_text(str(path))), source.text))
-        loaded = self._read(operation, rules, source, state=module)
+        loaded = self._read(operation, rules, source)
         with self._lock:
             before = self._users.get(path)
             others = [rules for rules in self._users.values() if rules is not before]
@@ -93,7 +93,7 @@ class RuleFiles:
             if not twice:
                 self._users.pop(path, None)
                 self._users[path] = loaded
-                self._name_models(loaded, state=loaded.module)
+                self._name_models(loaded)
         if twice:
             self._drop(loaded)
             model, other = twice[0]
@@ -102,16 +102,15 @@ class RuleFiles:
             self._drop(before)
         return loaded
 
-    def unload(self, rules: RuleFile) -> None:
-        """Forgets a user's file."""
+    def _unload(self, rules: RuleFile) -> None:
         with self._lock:
             if self._users.get(rules.path) is rules:
                 del self._users[rules.path]
         self._drop(rules)
 
-    def _read(self, operation: str, rules: Term, source: RuleSource, *, state: str) -> RuleFile:
+    def _read(self, operation: str, rules: Term, source: RuleSource) -> RuleFile:
         try:
-            loaded = ask(self._door, operation, term_text(rules), state=state)
+            loaded = ask(operation, term_text(rules))
         except RuleSyntaxError as error:
             if source.path.suffix != MODEL_SUFFIX:
                 raise
@@ -124,13 +123,13 @@ class RuleFiles:
             on_demand=asks_on_demand(source.text),
         )
 
-    def _name_models(self, rules: RuleFile, *, state: str) -> None:
+    def _name_models(self, rules: RuleFile) -> None:
         models = tuple(map(Atom, rules.models))
         named = Struct("named", (Atom(self._base), models, Atom(rules.module)))
-        ask(self._door, "name_models", term_text(named), state=state)
+        ask("name_models", term_text(named))
 
     def _drop(self, rules: RuleFile) -> None:
         module = Atom(rules.module)
         named = Struct("named", (Atom(self._base), module))
-        clean_up(self._door, "unname_models", term_text(named))
-        self._door.when_quiet("drop_rules", term_text(module), state=rules.module)
+        clean_up("unname_models", term_text(named))
+        engine_pool().when_quiet("drop_rules", term_text(module))

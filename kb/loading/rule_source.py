@@ -7,17 +7,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.loading.rule_text import rule_text
+from facetlog.regular_file import read_regular
 
 if TYPE_CHECKING:
     from facetlog.grammar.compile import Program
 
 # The language takes a tenth of a second to load: who has no models of his own does without.
 
-__all__ = ["MODEL_SUFFIX", "RULE_SUFFIXES", "RuleSource", "holds_words_alone", "rule_sources"]
+__all__ = [
+    "MODEL_SUFFIX",
+    "RULE_SUFFIXES",
+    "RuleSource",
+    "holds_no_model",
+    "holds_words_alone",
+    "rule_sources",
+    "rule_text",
+]
 
 MODEL_SUFFIX = ".model"
-"""Of files in the model language; all others are Prolog."""
+"""Suffix of files in the model language; all others are Prolog."""
 
 RULE_SUFFIXES = (MODEL_SUFFIX, ".pl")
 
@@ -37,7 +45,7 @@ class RuleSource:
     files: tuple[Path, ...]
 
     def place(self, line: int) -> str:
-        """The file and line that a line of the text, from 1, was made from."""
+        """Return the file and line that a line of the text, from 1, was made from."""
         made, name, since = str(self.path), "", 0
         for number, written in enumerate(self.text.splitlines()[:line], 1):
             found = _MADE_FROM.match(written)
@@ -51,8 +59,36 @@ class RuleSource:
         return next((path for path in self.files if path.suffix != MODEL_SUFFIX), None)
 
 
+LONGEST_BYTES = 1_000_000
+"""No larger file is read; reading.pl, which counts characters, has the tighter limit."""
+
+
+def rule_text(path: Path) -> str:
+    """Return the text of the file, line ends as they are.
+
+    Raises RuleSyntaxError if it is not there, may not be read, is too large, or is not UTF-8; then
+    the message names the line.
+    """
+    try:
+        data = read_regular(path, LONGEST_BYTES)
+    except FileNotFoundError:
+        raise RuleSyntaxError(f"{path}: there is no such file") from None
+    except PermissionError:
+        raise RuleSyntaxError(f"{path}: it may not be read") from None
+    except OSError as exc:
+        raise RuleSyntaxError(f"{path}: it cannot be read: {exc.strerror}") from exc
+    try:
+        return data.decode()
+    except UnicodeDecodeError as exc:
+        line = data.count(b"\n", 0, exc.start) + 1
+        raise RuleSyntaxError(
+            f"{path}:{line}: this is no UTF-8 text: save the file as UTF-8"
+        ) from exc
+
+
 def holds_words_alone(path: Path) -> bool:
-    """Whether a Prolog file declares words for the models of other files, and no model itself."""
+    """Return whether a Prolog file declares words for the models of other files, and no model
+    itself."""
     if path.suffix == MODEL_SUFFIX:
         return False
     from facetlog.grammar.own_words import own_words
@@ -66,7 +102,8 @@ def holds_words_alone(path: Path) -> bool:
 
 
 def holds_no_model(path: Path) -> bool:
-    """Whether a file in the model language is empty, or has nothing but comments and constants."""
+    """Return whether a file in the model language is empty, or has nothing but comments and
+    constants."""
     if path.suffix != MODEL_SUFFIX:
         return False
     try:
@@ -76,7 +113,8 @@ def holds_no_model(path: Path) -> bool:
 
 
 def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSource, ...]:
-    """The file, last, after the model files whose models it asks about, and those that they ask.
+    """Return the file, last, after the model files whose models it asks about, and those that they
+    ask.
 
     Of these others, files that are `present` are left out with what they need.
     Raises RuleSyntaxError, with all its faults, for a file that cannot be read or has any.

@@ -1,5 +1,5 @@
-"""What was loaded before, as files of compiled clauses that load ten times as fast as text: the
-facts of scenes, and models that were specialised for a batch.
+"""Cache of loaded scenes and models, as files of compiled clauses that load ten times as fast as
+text: the facts of scenes, and models that were specialised for a batch.
 
 A file is only ever a copy of what can be made again: whatever is wrong with it, the folder or the
 disk, the facts are loaded the long way, and a new file is written. SWI-Prolog ends the process on a
@@ -30,7 +30,7 @@ Ask = Callable[[str, str], Term]
 """Sends Prolog an operation and its text; raises EngineError where that fails."""
 
 MOST_BYTES = 512 << 20
-"""What the folder may hold: some 15 million facts of 34 bytes, hundreds of scenes."""
+"""Size limit of the folder: some 15 million facts of 34 bytes, hundreds of scenes."""
 
 MOST_SCENE_BYTES = MOST_BYTES // 4
 """One scene must not push out all others."""
@@ -83,7 +83,7 @@ def cache_folder(name: str, folder: Path | None = None) -> Path | None:
 
 
 def schema_hash() -> str:
-    """What differs when a fact, its arguments or their units do."""
+    """Return a digest of all facts, their arguments and units."""
     declared = [
         (k.functor, [(a.name, a.kind.value) for a in k.arguments], k.meaning) for k in FACT_SCHEMA
     ]
@@ -92,7 +92,7 @@ def schema_hash() -> str:
 
 @cache
 def loading_code_hash() -> str:
-    """What differs when the code does that turns facts into the clauses of a scene."""
+    """Return a digest of the code that turns facts into the clauses of a scene."""
     total = hashlib.sha256()
     for pattern in LOADING_CODE:
         for path in sorted(house("kb").glob(pattern)):
@@ -109,13 +109,13 @@ class _Saved:
     after: bytes
 
     def named(self, module: str) -> bytes | None:
-        """The compiled facts as those of another module, None if its name is too long."""
-        name = _encoded(module)
+        """Return the compiled facts as those of another module, None if its name is too long."""
+        name = _encode_module_name(module)
         return None if name is None else b"".join((self.before, name, self.after))
 
 
-def _encoded(module: str) -> bytes | None:
-    """A module's name as SWI-Prolog writes it at the head of a compiled module."""
+def _encode_module_name(module: str) -> bytes | None:
+    """Return a module's name as SWI-Prolog writes it at the head of a compiled module."""
     if not module.isascii() or not 0 < len(module) <= _LONGEST_NAME:
         return None
     return b"M\x03" + bytes((0x80 | len(module) << 1,)) + module.encode("ascii")
@@ -137,7 +137,7 @@ class SceneCache:
             _LOG.warning("scenes are not cached: %s", exc)
 
     def path(self, content_key: str, identity: str, schema: str | None = None) -> Path | None:
-        """The file of a scene; None if there is no cache.
+        """Return the file of a scene; None if there is no cache.
 
         `content_key` says what the facts were made from and by what, `identity` is that of the
         Prolog (operation cache_identity).
@@ -152,7 +152,8 @@ class SceneCache:
     def load(
         self, path: Path | None, module: str, ask: Ask, operation: str = "load_saved_scene"
     ) -> int | None:
-        """The number of facts loaded from the file into a fresh scene; None if it has none yet.
+        """Return the number of facts loaded from the file into a fresh scene; None if it has none
+        yet.
 
         Or, by another operation, of clauses into another module.
         """
@@ -176,7 +177,7 @@ class SceneCache:
         return saved.count if loaded else None
 
     def save(self, path: Path | None, module: str, ask: Ask, operation: str = "save_scene") -> bool:
-        """Whether the facts of a loaded scene were written to the file, or other clauses."""
+        """Return whether the facts of a loaded scene were written to the file, or other clauses."""
         if path is None:
             return False
         try:
@@ -196,7 +197,7 @@ class SceneCache:
         return True
 
     def _evict(self, folder: Path) -> None:
-        """Deletes half-written files, and those not used for longest until the rest fits."""
+        """Delete half-written files, and those not used for longest until the rest fits."""
         files = []
         with os.scandir(folder) as entries:
             for entry in entries:
@@ -217,7 +218,7 @@ class SceneCache:
 
 
 def _private(folder: Path) -> Path:
-    """The folder, made if need be; raises OSError if it is not ours alone to write."""
+    """Return the folder, made if need be; raises OSError if it is not ours alone to write."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     status = folder.stat()
     if status.st_uid != os.geteuid():
@@ -228,8 +229,8 @@ def _private(folder: Path) -> Path:
 
 
 def _content(path: Path, module: str, facts: bytes, count: Term) -> bytes | None:
-    """The whole file, None if the compiled facts are not as they were when this was written."""
-    name = _encoded(module)
+    """Return the whole file, None if the compiled facts have another form than is known."""
+    name = _encode_module_name(module)
     where = -1 if name is None else facts.find(name, 0, _NAME_WITHIN)
     if name is None or where < 0 or not isinstance(count, int):
         _LOG.info("%s: this SWI-Prolog compiles in another form", path)
@@ -239,7 +240,8 @@ def _content(path: Path, module: str, facts: bytes, count: Term) -> bytes | None
 
 
 def _verified(path: Path) -> _Saved | None:
-    """The content of the file, None if it is not there or not exactly what was written for it."""
+    """Return the content of the file, None if it is not there or not exactly what was written for
+    it."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(descriptor, "rb") as file:

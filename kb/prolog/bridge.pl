@@ -40,12 +40,11 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(named_models)).
 :- use_module(facetlog_kb(reading)).
-:- use_module(facetlog_kb(ask_scenes)).
+:- use_module(facetlog_kb(answers)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(small_terms)).
-:- use_module(facetlog_kb(faults)).
-:- use_module(facetlog_kb(plain_errors)).          % placed/9
+:- use_module(facetlog_kb(plain_errors)).
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog(vocabulary)).
 
@@ -104,15 +103,6 @@ operation(Operation, Text, [Reply]) :-
     !,
     once(result(Operation, Text, Result)),
     ok(Result, Reply).
-operation("add_facts", Text, [Reply]) :-
-    !,
-    % The first term of the text names the scene.
-    setup_call_cleanup(
-        open_string(Text, Stream),
-        ( read_term(Stream, Scene, []),
-          add_facts(Scene, Stream) ),
-        close(Stream)),
-    ok(true, Reply).
 operation("query", Text, [Head|Chunk]) :-
     term_string(query(Base, Scenes, Most, Bounds, Bindings, Question), Text),
     bounded(Bounds, ( ask_base(Base, Scenes),
@@ -237,8 +227,6 @@ result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-
     explained(Text, sight(Thing), sight(Thing, Sight)).
-result("version", _, Version) :-
-    current_prolog_flag(version, Version).
 result("statistics", _, [Modules, Clauses]) :-
     aggregate_all(count, current_module(_), Modules),
     statistics(clauses, Clauses).

@@ -11,7 +11,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(facetlog.__file__).parents[1
 
 
 def python(code: str) -> subprocess.CompletedProcess[str]:
-    """What the code printed, and how it ended."""
+    """Run the code; return what it printed, and how it ended."""
     return subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,

@@ -119,7 +119,7 @@ class Aviary:
         self.last = self.song()
 
     def song(self) -> tuple[object, ...]:
-        """What nothing may change: Prolog, the facts, the answers, the folder, the threads."""
+        """State that nothing may change: Prolog, facts, answers, folder, threads."""
         parts = [part.faces[0] for part in self.base.judge("s", "canary", "t1").parts]
         # Prolog has its main thread, one that collects atoms, and those of our pool.
         pool = [t for t in threading.enumerate() if t.name == "facetlog-prolog"]

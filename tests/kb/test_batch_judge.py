@@ -1,21 +1,14 @@
 """Brief verdicts: those of the full judge to the last digit, on one scene after the other."""
 
-import os
-import signal
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
-from dataclasses import replace
 from functools import partial
-from itertools import product
 from pathlib import Path
-from shutil import copyfile
 from typing import Any
 
 import numpy as np
 import pytest
 
-from facetlog.errors import EngineError, RuleSyntaxError
+from facetlog.errors import EngineError
 from facetlog.kb.batch_judge import JUDGING_CODE, BatchJudge
 from facetlog.kb.brief_verdict import BriefVerdict
 from facetlog.kb.engine.engine import house
@@ -46,61 +39,6 @@ model(asking, "What another model says.", [a]).
 candidate(asking, Thing, [F]) :- face_of(Thing, F).
 condition(asking, other, "it is a box", Thing, [_], is_a(Thing, box)).
 """
-TESTS = (
-    "at_least(fill(f1), 0.5)",
-    "between(fill(f1), 0.54, 0.56)",
-    "near(fill(f1), 0.6, 0.1)",
-    "fading(at_least(fill(f1), 0.58), 0.1)",
-    "fading(between(fill(f1), 0.61, 0.7), 0.1)",
-    "fading(near(fill(f1), 0.6, 0.01), 0)",
-    "expect(0.25, at_least(fill(f1), 0.6))",
-    "at_most_of(0, X, [[f1]], at_least(fill(X), 0.6))",
-    "at_least_of(1, X, [[f1, f2], []], at_least(fill(X), 0.6))",
-    "at_least_in(2, whole(t1), X, [[f1], [f2]], at_least(fill(X), 0.6))",
-    "each_pair(X, Y, [f1, f2], near(angle(X, Y), 90, 1))",
-    "some(X, [f1, f2], at_least(fill(X), 0.5))",
-    "level(f1)",
-    "not(level(f1))",
-    "implies(measured(f2), at_least(fill(f1)/fill(f1) - 0.1, 1))",
-    "implies(level(f1), at_least(fill(f1), 0.5))",
-    "if_known(at_least(elevation(f1), metres(1)))",
-    "any([at_least(elevation(f1), 1), at_most(fill(f1)*2, 1)])",
-    "all([measured(unseen), adjoins(f1, f2)])",
-    "at_least(count([f1, f2]), 3)",
-    "between(count([f1, f2]), 3, 4)",
-    "at_least(mean([fill(f1), fill(f1)]), 0.5)",
-    "at_least(-fill(f1), -0.6)",
-)
-# What quantifiers go through depends on no part, on one, on all, on what a goal finds out of them.
-QUANTIFIED = """:- module(q, []).
-:- use_module(facetlog(vocabulary)).
-means(big(F), at_least(fill(F), 0.6)).
-means(beside(F, G), any([adjoins(F, G), at_most(angle(F, G), 45)])).
-candidate(_, Thing, [A, B]) :- face_of(Thing, A), face_of(Thing, B), A @< B.
-members(T, A, B, Fs) :-
-    findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(beside(F, A)) ), Found),
-    sort(Found, Fs).
-"""
-CONDITIONS = (
-    "each(F, Fs, all([big(F), at_most(angle(F, A), 60), near(angle(F, B), 90, 10)]))",
-    "each(F, Fs, implies(at_least(area(F), area(A)), adjoins(F, B)))",
-    "some(F, Fs, all([big(F), adjoins(F, A), at_least(offset(F, B), 0.1*length(B))]))",
-    "not(some(F, Fs, any([opposite(F, A), opposite(F, B)])))",
-    "any([at_least_of(4, F, Gs, big(F)), some(F, Fs, whole(T))])",
-    "at_least_in(4, whole(T), F, Gs, big(F))",
-    "any([whole(T), each_pair(F, G, Fs, any([adjoins(F, G), at_least(angle(F, G), 120)]))])",
-    "implies(whole(T), each(F, Fs, at_least(share(F), 0.9)))",
-    "expect(0.3, at_most_of(2, F, Gs, at_least(fill(F), 0.9)))",
-    "if_known(each_pair(F, G, Fs, implies(all([big(F), big(G)]), at_most(angle(F, G), 100))))",
-)
-BODIES = (
-    "members(T, A, B, Fs), separate(Fs, Gs)",
-    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]) ), Found), sort(Found, Fs), Gs = [Fs]",
-    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(any([all([opposite(F, A), "
-    "at_least(area(F), area(B))]), adjoins(F, B)])) ), Found), sort(Found, Fs), separate(Fs, Gs)",
-    "exclude(==(unseen), [A, B], Ps), findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), "
-    "possible(some(P, Ps, adjoins(F, P))) ), Found), sort(Found, Fs), Gs = [Fs, Ps]",
-)
 FACTS: tuple[Fact, ...] = (
     ("thing", "t1"),
     ("face", "f1"),
@@ -138,18 +76,12 @@ def judge() -> Iterator[BatchJudge]:
         yield judge
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 def facts_of(name: str, **sizes: float) -> list[Fact]:
     return [f.row for f in scene_facts(build(name, sizes))]
 
 
 def noisy(facts: Iterable[Fact], seed: int, by: float = 30.0) -> list[Fact]:
-    """The same facts measured worse: deviations so many times as large, values moved by them."""
+    """Facts measured worse: deviations so many times as large, values moved by them."""
     generator = np.random.default_rng(seed)
     found = []
     for fact in facts:
@@ -184,7 +116,7 @@ def in_full(base: KnowledgeBase, facts: Iterable[Fact]) -> tuple[BriefVerdict, .
 
 
 def as_whole(facts: list[Fact], seed: int) -> list[Fact]:
-    """The same thing as if it were known from all sides, the rest drawn at random."""
+    """A thing as if it were known from all sides, the rest drawn at random."""
     generator = np.random.default_rng(seed)
     found: list[Fact] = [*facts, ("whole", "t1")]
     found.append(("solidity", "t1", generator.uniform(), 0.01))
@@ -235,13 +167,6 @@ def test_verdicts_are_those_of_the_full_judge(
     assert judge.judge(facts) == in_full(base, facts)
 
 
-def test_the_scenes_hold_fail_and_leave_open(judge: BatchJudge) -> None:
-    names = ("cuboid", "noisy cuboid", "noisy tray", "noisy cuboid without up")
-    found = [v for name in names for v in judge.judge(SCENES[name]())]
-    assert {v.state for v in found} == set(State)
-    assert any(0.01 < v.degree < 0.99 for v in found)
-
-
 def test_a_scene_leaves_nothing_behind(judge: BatchJudge) -> None:
     block, wedge = facts_of("cuboid"), facts_of("wedge")
     first = judge.judge(block)
@@ -249,60 +174,6 @@ def test_a_scene_leaves_nothing_behind(judge: BatchJudge) -> None:
     assert judge.judge(()) == ()
     assert judge.judge(block) == first
     assert judge.judge(wedge) == other != first
-
-
-def test_rows_by_functor_are_the_same_facts_in_any_order(judge: BatchJudge) -> None:
-    facts = facts_of("desk")
-    rows: dict[str, list[Fact]] = defaultdict(list)
-    for fact in facts:
-        rows[str(fact[0])].append(fact[1:])
-    shuffled = [facts[i] for i in np.random.default_rng(0).permutation(len(facts))]
-    assert judge.judge(rows) == judge.judge(shuffled) == judge.judge(facts)
-
-
-def test_models_come_in_their_order_thing_after_thing(judge: BatchJudge) -> None:
-    two: tuple[Fact, ...] = (("thing", "t1"), ("thing", "t2"))
-    found = [(v.thing, v.model) for v in judge.judge(two)]
-    assert found == [(thing, model) for thing in ("t1", "t2") for model in BUILTIN_MODELS]
-
-
-def test_a_name_with_anything_in_it_comes_back(judge: BatchJudge) -> None:
-    name = "t'\\\n\x1f😀"
-    assert {v.thing for v in judge.judge((("thing", name),))} == {name}
-
-
-@pytest.mark.parametrize("crisp", [False, True], ids=["graded", "crisp"])
-@pytest.mark.slow
-def test_every_form_of_test_is_judged_as_in_full(tmp_path: Path, *, crisp: bool) -> None:
-    lines = [":- module(m, []).", ":- use_module(facetlog(vocabulary))."]
-    lines += [f'model(m{i}, "A model.", [a]).' for i in range(len(TESTS))]
-    lines += [f"candidate(m{i}, _, [f1])." for i in range(len(TESTS))]
-    lines += [f'condition(m{i}, so, "it is so", _, [_], {test}).' for i, test in enumerate(TESTS)]
-    path = tmp_path / "tests.pl"
-    path.write_text("\n".join(lines) + "\n")
-    with (
-        BatchJudge([path], trusted=True, crisp=crisp) as judge,
-        open_knowledge_base([path], trusted=True, crisp=crisp) as base,
-    ):
-        assert judge.judge(FACTS) == in_full(base, FACTS)
-
-
-@pytest.mark.slow
-def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> None:
-    lines = [QUANTIFIED]
-    for i, (body, test) in enumerate(product(BODIES, CONDITIONS)):
-        lines.append(f'model(m{i}, "A model.", [a, b]).')
-        lines.append(f'condition(m{i}, one, "it is so", T, [A, B], {test}) :- {body}.')
-        lines.append(f'condition(m{i}, two, "they meet", _, [A, B], adjoins(A, B)).')
-    path = tmp_path / "q.pl"
-    path.write_text("\n".join(lines) + "\n")
-    step = facts_of("l_block")
-    with (
-        BatchJudge([path], trusted=True) as judge,
-        open_knowledge_base([path], trusted=True) as base,
-    ):
-        for facts in (step, as_whole(step, 4), noisy(facts_of("wedge"), 9, by=20)):
-            assert judge.judge(facts) == in_full(base, facts)
 
 
 def test_models_that_cannot_be_specialised_are_judged_as_in_full(tmp_path: Path) -> None:
@@ -334,82 +205,6 @@ def test_what_is_left_to_the_interpreter_is_known(tmp_path: Path) -> None:
     assert all(cost.inferences > 0 for cost in costs.values())
 
 
-@pytest.mark.slow
-def test_a_word_that_cannot_be_specialised_is_interpreted_wherever_it_stands(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "twice.pl"
-    path.write_text(
-        ":- module(twice, []).\n:- use_module(facetlog(vocabulary)).\n"
-        "means(boxed(F, T), all([measured(F), is_a(T, box)])).\n"
-        'model(twice, "A word with a model in it, twice.", [a]).\n'
-        "candidate(twice, Thing, [F]) :- face_of(Thing, F).\n"
-        'condition(twice, one, "so", Thing, [F], boxed(F, Thing)).\n'
-        'condition(twice, two, "not so", Thing, [F], not(boxed(F, Thing))).\n'
-        'condition(twice, three, "each", Thing, [F], each(G, Gs, boxed(G, Thing))) :-\n'
-        "    findall(G, ( face_of(Thing, G), \\+ memberchk(G, [F]) ), Found), sort(Found, Gs).\n"
-    )
-    with (
-        BatchJudge([path], trusted=True) as judge,
-        open_knowledge_base([path], trusted=True) as base,
-    ):
-        assert judge.conditions()["twice"].interpreted == ("one", "two", "three")
-        for facts in (facts_of("cuboid"), facts_of("table"), noisy(facts_of("cuboid"), 3)):
-            assert judge.judge(facts) == in_full(base, facts)
-
-
-@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
-@pytest.mark.slow
-def test_copies_of_the_built_in_models_are_specialised_as_these_are(
-    judge: BatchJudge, tmp_path: Path, *, trusted: bool
-) -> None:
-    for name in BUILTIN_MODELS:
-        copyfile(house("rules") / f"{name}.model", tmp_path / f"same_{name}.model")
-    scenes = [SCENES[name]() for name in ("whole desk", "noisy whole cuboid", "noisy cabinet")]
-    with BatchJudge([tmp_path], trusted=trusted) as copies:
-        # What is not specialised asks for all facts.
-        assert copies.needed == judge.needed
-        assert len(judge.needed) < len(FACT_SCHEMA)
-        for facts in scenes:
-            found = {(v.model, v.thing): replace(v, confidence=None) for v in copies.judge(facts)}
-            for verdict in judge.judge(facts):
-                # Only the models that come with the program are calibrated.
-                said = found.pop((verdict.model, verdict.thing))
-                assert said == replace(verdict, confidence=None)
-            assert not found
-
-
-def nested(levels: int) -> str:
-    """Alternatives in alternatives, each of which names what may hold of the whole thing."""
-    inner = "fill(a) at least 40 %"
-    for level in range(levels):
-        solid = f"solidity(this) at least {40 + level % 2} %"
-        inner = f"({solid} and share(a) at least {level} % or {inner} and not {solid})"
-    return (
-        'model deep\n  "Many alternatives."\n\n'
-        f"  define so(f): fill(f) at least 30 % and {inner.replace('(a)', '(f)')}\n\n"
-        f'  face a\n\n  self: {inner}  "it is so"\n  rest: each face other where so(other): '
-        f'share(other) at least 5 % or {inner}  "they are so"\n'
-    )
-
-
-@pytest.mark.slow
-def test_alternatives_in_alternatives_are_written_in_their_own_size(tmp_path: Path) -> None:
-    path = tmp_path / "deep.model"
-    path.write_text(nested(12))
-    with (
-        BatchJudge([path], trusted=True) as judge,
-        open_knowledge_base([path], trusted=True) as base,
-    ):
-        assert len(judge.needed) < len(FACT_SCHEMA)
-        for facts in (
-            facts_of("l_block"),
-            as_whole(facts_of("wedge"), 5),
-            noisy(facts_of("tray"), 6),
-        ):
-            assert judge.judge(facts) == in_full(base, facts)
-
-
 def test_an_error_while_models_are_prepared_names_the_model(tmp_path: Path) -> None:
     path = tmp_path / "faulty.pl"
     path.write_text(
@@ -423,20 +218,6 @@ def test_an_error_while_models_are_prepared_names_the_model(tmp_path: Path) -> N
         EngineError, match=r"the model faulty cannot be prepared: atom_length/2 needs a value"
     ):
         BatchJudge([path], trusted=True)
-
-
-@pytest.mark.slow
-def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) -> None:
-    path = tmp_path / "slab.model"
-    path.write_text("model slab\n  face board\n\n  flat: board is level\n")
-    facts = facts_of("cuboid")
-    with BatchJudge([path]) as judge:
-        before = judge.judge(facts)
-        assert judge.process_id is not None
-        os.kill(judge.process_id, signal.SIGKILL)
-        with suppress(EngineError):  # that it has ended is told once
-            judge.judge(facts)
-        assert judge.judge(facts) == before
 
 
 @pytest.mark.slow
@@ -487,13 +268,6 @@ def test_models_hash_says_which_models(tmp_path: Path) -> None:
     path.write_text(OWN.replace("0.4", "0.5"))
     with BatchJudge([path], trusted=True) as changed:
         assert changed.models_hash != other.models_hash
-
-
-def test_a_faulty_file_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "faulty.pl"
-    path.write_text(":- module(m, []).\nmodel(m, ")
-    with pytest.raises(RuleSyntaxError, match=r"faulty\.pl"):
-        BatchJudge([path], trusted=True)
 
 
 def test_all_code_that_judges_changes_the_name_of_what_was_judged() -> None:

@@ -21,19 +21,15 @@ from facetlog.kb.calibration import (
     shipped_calibration,
 )
 from facetlog.kb.calibration_fit import (
-    FORMS,
-    Form,
     Sample,
     chosen_form,
     expected_calibration_error,
     fit,
     held_out,
-    reliability_table,
 )
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.recognize import open_knowledge_base
 
 Build = Callable[..., tuple[Fact, ...]]
 
@@ -72,33 +68,12 @@ def test_a_model_that_is_too_sure_is_brought_down_to_how_often_it_is_right() -> 
     assert said(calibration, 0.0) == pytest.approx(0.5 / 401, abs=1e-6)
 
 
-def test_the_score_is_the_middle_of_the_bounds() -> None:
-    bounds = (0.2, 0.8), (0.4, 0.6), (0.5, 0.5)
-    samples = [
-        Sample("box", PICTURES, "here", State.UNKNOWN, low, high, i < 3)
-        for low, high in bounds
-        for i in range(10)
-    ]
-    assert {s.score for s in samples} == {0.5}
-    calibration = fit(samples, KEYS)
-    unknown = calibration.confidence("box", "k1", PICTURES, State.UNKNOWN, 0.0, 1.0)
-    assert unknown == pytest.approx(9.5 / 31, abs=1e-6)
-
-
 def test_verdicts_of_another_state_do_not_count() -> None:
     holding = [Sample("box", PICTURES, "a", State.HOLDS, 0.5, 0.5, True)] * 9
     unknown = [Sample("box", PICTURES, "a", State.UNKNOWN, 0.5, 0.5, False)] * 99
     calibration = fit(holding + unknown, KEYS)
     by_state = {s: calibration.confidence("box", "k1", PICTURES, s, 0.5, 0.5) for s in State}
     assert by_state == {State.HOLDS: 0.95, State.UNKNOWN: 0.005, State.FAILS: None}
-
-
-@pytest.mark.parametrize("truth", [True, False])
-def test_few_samples_never_say_nought_or_one(truth: bool) -> None:
-    few = said(fit([sample(0.9, truth)], KEYS), 0.9)
-    more = said(fit([sample(0.9, truth)] * 50, KEYS), 0.9)
-    assert few == (0.75 if truth else 0.25)
-    assert (few < more < 1.0) if truth else (few > more > 0.0)
 
 
 @given(
@@ -119,21 +94,6 @@ def test_a_map_never_falls_and_never_says_nought_or_one(
             assert 0.0 < along[0] <= along[-1] < 1.0
         counted = sum(k is kind and state_at(score) is state for score, _, k in drawn)
         assert maps.pooled.samples == counted
-
-
-def test_between_two_steps_the_map_is_straight() -> None:
-    samples = [
-        sample(score, score == 0.8, source=source)
-        for score in (0.6, 0.8)
-        for source in "abc"
-        for _ in range(3)
-    ]
-    calibration = fit(samples, KEYS)
-    low, high = said(calibration, 0.6), said(calibration, 0.8)
-    assert (low, high) == (0.05, 0.95)
-    assert said(calibration, 0.65) == pytest.approx(low + (high - low) / 4)
-    assert said(calibration, 0.5) == low
-    assert said(calibration, 1.0) == high
 
 
 def everywhere(truth: bool, model: str = "box", kind: InputKind = PICTURES) -> list[Sample]:
@@ -159,29 +119,6 @@ def test_models_and_kinds_have_maps_of_their_own_and_lean_on_others_where_they_h
     assert Calibration().confidence("box", "k1", PICTURES, State.HOLDS, 0.9, 0.9) is None
 
 
-def test_a_kind_without_verdicts_of_a_state_has_the_map_of_all_kinds() -> None:
-    calibration = fit([*everywhere(True), sample(0.1, False, kind=SCANNED)], KEYS)
-    assert said(calibration, 0.9, kind=SCANNED) == pytest.approx(30.5 / 31, abs=1e-6)
-    assert calibration.maps[SCANNED, State.HOLDS].pooled.samples == 0
-    assert calibration.confidence("box", "k1", WHOLE, State.HOLDS, 0.9, 0.9) is None
-
-
-def test_what_other_sources_confirm_counts_more_than_what_they_do_not() -> None:
-    strengths = {form.strength for form in FORMS}
-    # Of every source boxes are right and tables wrong: the model says it.
-    by_model = [*everywhere(True), *everywhere(False, "table")]
-    assert chosen_form(by_model).strength == min(strengths)
-    # Boxes are right in every other source, and tables in those between: only the source says it.
-    of_source = [
-        sample(0.9, (model == "box") == (i % 2 == 0), model, source=source)
-        for i, source in enumerate(SOURCES)
-        for model in KEYS
-    ]
-    assert chosen_form(of_source).strength == max(strengths)
-    # Nothing can be checked on the only source.
-    assert chosen_form([sample(0.9, True)] * 5) == Form(False, max(strengths))
-
-
 def test_a_map_rises_only_where_degrees_say_what_is_true_of_other_sources() -> None:
     def of(steep: bool) -> list[Sample]:
         # Where it is not steep, each source has the same shares at both degrees.
@@ -196,21 +133,6 @@ def test_a_map_rises_only_where_degrees_say_what_is_true_of_other_sources() -> N
     assert not chosen_form(of(False)).rising
     flat = fit(of(False), KEYS)
     assert said(flat, 0.55) == said(flat, 0.95) == pytest.approx(84.5 / 121, abs=1e-2)
-
-
-def test_a_model_that_was_not_counted_has_the_map_of_all() -> None:
-    calibration = fit([*everywhere(True), *everywhere(False, "table")], KEYS)
-    pooled = calibration.maps[PICTURES, State.HOLDS].pooled.at(0.9)
-    assert pooled == pytest.approx(0.5)
-    assert said(calibration, 0.9) > 0.8
-    for model, content in (("sofa", ""), ("box", "changed"), ("box", "")):
-        found = calibration.confidence(model, content, PICTURES, State.HOLDS, 0.9, 0.9)
-        assert found == pooled
-
-
-def test_a_model_without_a_key_cannot_be_fitted() -> None:
-    with pytest.raises(KeyError, match="sofa"):
-        fit([sample(0.9, True, "sofa")], KEYS)
 
 
 def test_each_source_is_told_by_the_others_alone() -> None:
@@ -243,11 +165,6 @@ def kinds(state: str = "holds", **models: object) -> dict[str, object]:
     return {"schema": "facetlog-calibration/3", "kinds": kind}
 
 
-def test_a_calibration_of_one_state_is_read() -> None:
-    maps = Calibration.from_json(kinds()).maps
-    assert maps == {(PICTURES, State.HOLDS): Maps(Curve(2, ((0.0, 0.1),)))}
-
-
 @pytest.mark.parametrize(
     "data",
     [
@@ -265,44 +182,6 @@ def test_a_calibration_of_one_state_is_read() -> None:
 def test_what_is_no_calibration_is_refused(data: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"calibration|convert|InputKind|State"):
         Calibration.from_json(data)
-
-
-@pytest.mark.parametrize("knots", [(), ((0.5, 1.5),), ((0.5, 0.5), (0.4, 0.6))])
-def test_knots_that_are_no_map_are_refused(knots: tuple[tuple[float, float], ...]) -> None:
-    with pytest.raises(ValueError, match="calibration"):
-        Curve(1, knots)
-
-
-def test_the_error_of_a_perfect_and_of_a_boasting_forecast() -> None:
-    perfect = [0.25] * 40, [i % 4 == 0 for i in range(40)]
-    assert expected_calibration_error(*perfect) == pytest.approx(0.0)
-    assert expected_calibration_error([0.95] * 10, [i < 5 for i in range(10)]) == pytest.approx(
-        0.45
-    )
-    assert expected_calibration_error([], []) == 0.0
-
-
-def test_the_error_weighs_bins_by_what_they_hold() -> None:
-    said, true = [0.05] * 30 + [0.85] * 10, [False] * 30 + [True] * 10
-    assert expected_calibration_error(said, true) == pytest.approx((30 * 0.05 + 10 * 0.15) / 40)
-
-
-def test_a_reliability_table_has_every_sample_once() -> None:
-    rng = Random(2)
-    said = [0.0, 1.0, *(rng.random() for _ in range(200))]
-    true = [rng.random() < 0.3 for _ in said]
-    table = reliability_table(said, true, bins=5)
-    assert sum(row.count for row in table) == len(said)
-    assert sum(row.count * row.true for row in table) == pytest.approx(sum(true))
-    assert all(row.low <= row.said <= row.high for row in table)
-    assert table[-1].high == 1.0
-
-
-def test_what_is_no_probability_or_lacks_its_truth_is_refused() -> None:
-    with pytest.raises(ValueError, match="no probability"):
-        reliability_table([1.01], [True])
-    with pytest.raises(ValueError, match="shorter"):
-        reliability_table([0.5, 0.5], [True])
 
 
 def test_fitting_makes_the_error_small_on_samples_that_were_not_fitted() -> None:
@@ -349,26 +228,6 @@ def test_a_confidence_is_that_of_how_the_thing_was_measured(facts_of: Build) -> 
             assert {v.confidence for v in judge.judge(seen) if v.model == "box"} == {confidence}
 
 
-def test_a_verdict_has_the_confidence_of_its_model_beside_its_degree(facts_of: Build) -> None:
-    with KnowledgeBase() as base:
-        base.load_scene("s", facts_of("box"))
-        base.calibration = calibrated(base, "box")
-        verdict = base.judge("s", "box", "t1")
-        assert verdict.confidence == 0.8
-        assert verdict.degree > 0.95
-        assert verdict.to_json()["confidence"] == 0.8
-        assert verdict.summary == "t1 is a box (80%)"
-        assert base.judge("s", "table", "t1").confidence == 0.3
-
-
-def test_what_is_raw_shows_the_degree(facts_of: Build) -> None:
-    with open_knowledge_base(raw=True) as base:
-        base.load_scene("s", facts_of("box"))
-        verdict = base.judge("s", "box", "t1")
-        assert verdict.confidence is None
-        assert verdict.summary == f"t1 is a box ({verdict.degree:.0%})"
-
-
 def test_a_confidence_turns_no_verdict(facts_of: Build) -> None:
     with KnowledgeBase() as base:
         base.load_scene("s", facts_of("box"))
@@ -382,15 +241,6 @@ def test_a_confidence_turns_no_verdict(facts_of: Build) -> None:
 def test_a_crisp_knowledge_base_has_no_confidences() -> None:
     with KnowledgeBase(crisp=True) as base:
         assert base.calibration == Calibration()
-
-
-def test_a_verdict_on_nothing_has_no_confidence() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene("s", [("scene", "s")])
-        base.calibration = calibrated(base, "box")
-        verdict = base.why("s", "box")
-        assert not verdict.thing
-        assert verdict.confidence is None
 
 
 def test_parts_that_the_model_did_not_choose_have_no_confidence(facts_of: Build) -> None:
@@ -430,12 +280,6 @@ def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None
         assert counted.items() <= contents.items()
 
 
-def test_comments_and_places_do_not_make_another_text() -> None:
-    key = content_key("model(box).\nwritten(box, 'box.model:3').\n")
-    assert content_key("% Made.\nmodel(box).\nwritten(box, 'box.model:4').\n") == key
-    assert content_key("model(box, 1).\nwritten(box, 'box.model:3').\n") != key
-
-
 BOXES = "model(box).\n\ncondition(box, 'one. two', 1).\n"
 SIZES = (
     "% box.model:7\nsize(box, _, [A], length, length(A)).\n"
@@ -449,13 +293,6 @@ def test_sizes_that_a_verdict_reports_do_not_make_another_model(sizes: str) -> N
     assert judging_key(BOXES + sizes) == judging_key(BOXES)
     assert judging_key(sizes + BOXES) == judging_key(BOXES)
     assert content_key(BOXES + sizes) != content_key(BOXES)
-
-
-@pytest.mark.parametrize(
-    "said", ["written(box, a, 'box.model:3', \"f is level\").\n", "example(box, 'three', 3).\n"]
-)
-def test_other_words_and_examples_do_not_make_another_model(said: str) -> None:
-    assert judging_key(BOXES + said) == judging_key(BOXES)
 
 
 def test_what_judges_beside_a_size_makes_another_model() -> None:

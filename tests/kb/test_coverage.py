@@ -54,9 +54,3 @@ def test_what_is_expected_is_counted_itself() -> None:
     verdict = Verdict("m", "t1", HOLDS, 1, 1, (), (), (Condition("wish", "", line),))
     found = _lines(verdict)["wish"]
     assert (found.expected, found.held, found.failed, found.decided) == (True, 0, 1, 0)
-
-
-def test_a_model_without_examples_is_there_with_its_lines() -> None:
-    one, other = coverage([_verdict(a=HOLDS)], {"m": {}, "n": {"x": False}})
-    assert (one.model, one.verdicts, other.model, other.verdicts) == ("m", 1, "n", 0)
-    assert other.idle == ("x",)

@@ -106,23 +106,6 @@ def test_what_is_not_as_expected_is_told_with_the_reasons(
     assert any("height of t1's highest point" in line for line in rest)
 
 
-def test_a_degree_that_is_not_reached_is_a_problem() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene("s", _facts(cuboid(0.3, 0.2, 0.1)))
-        verdict = base.why("s", "box")
-    assert Expected(HOLDS, at_least=verdict.degree).problems(verdict) == ()
-    (problem,) = Expected(HOLDS, at_least=verdict.degree + 1e-6).problems(verdict)
-    assert problem.startswith("it holds by ")
-
-
-def test_a_line_that_was_not_asked_is_a_problem() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene("s", _facts(cuboid(0.3, 0.2, 0.1)))
-        verdict = base.why("s", "box")
-    (problem,) = Expected(HOLDS, because=("nothing",)).problems(verdict)
-    assert problem.startswith("`nothing` was not asked")
-
-
 def test_a_scene_that_cannot_be_made_does_not_hide_the_others(
     base: KnowledgeBase, tmp_path: Path
 ) -> None:

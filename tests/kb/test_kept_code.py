@@ -70,16 +70,6 @@ def test_kept_code_judges_as_what_was_written(
     assert {name: verdicts(again, name) for name in said} == said  # nothing is remembered
 
 
-@pytest.mark.slow
-def test_two_that_are_open_at_once_have_modules_of_their_own(folder: Path, opened: Opened) -> None:
-    one, other = opened(), opened()
-    assert is_kept(one)
-    assert not is_kept(other)
-    assert verdicts(one) == verdicts(other)
-    one.close()
-    assert verdicts(other, "chair") == verdicts(opened(), "chair")
-
-
 @pytest.mark.parametrize("cut", [10, pytest.param(1000, marks=pytest.mark.slow), -1])
 @pytest.mark.slow
 def test_a_damaged_file_is_written_anew(folder: Path, opened: Opened, cut: int) -> None:
@@ -106,17 +96,6 @@ def test_another_text_has_code_of_its_own(folder: Path, opened: Opened, tmp_path
         judge.close()
     assert states == ["fails", "holds", "fails"]
     assert len(list(folder.iterdir())) >= 2
-
-
-def test_of_a_stranger_s_models_nothing_is_kept(
-    folder: Path, opened: Opened, tmp_path: Path
-) -> None:
-    path = tmp_path / "low.model"
-    path.write_text(LOW.format(most=90))
-    judge = opened(path, trusted=False)
-    assert [said.state.value for said in verdicts(judge) if said.model == "low"] == ["holds"]
-    assert not is_kept(judge)
-    assert not list(folder.iterdir())
 
 
 @pytest.mark.slow

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facetlog.errors import QueryError
-from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 
@@ -45,37 +43,6 @@ def found(base: KnowledgeBase, goal: str) -> list[tuple[str, ...]]:
     return [tuple(str(name) for name in row) for row in base.query(goal)]
 
 
-TESTS = (
-    "near(angle(X, Y), 90, 25)",
-    "near(angle(Y, X), 90, 25)",
-    "between(angle(X, Y), 60, 110)",
-    "at_least(angle(X, Y), 80)",
-    "at_most(angle(X, Y), tolerance(upright) * 10)",
-    "adjoins(X, Y)",
-    "convex(X, Y)",
-    "all([convex(X, Y), near(angle(X, Y), 90, 30)])",
-    "all([measured(X), near(angle(X, Y), 90, 30)])",
-    "any([convex(X, Y), near(angle(X, Y), 90, 20)])",
-    "not(adjoins(X, Y))",
-    "parallel(X, Y, 60)",
-    "if_known(near(angle(X, Y), 90, 25))",
-)
-
-
-@pytest.mark.parametrize("test", TESTS)
-def test_the_faces_are_those_that_pass_two_by_two(base: KnowledgeBase, test: str) -> None:
-    faces = sorted(set(FACES) - {"f5"})
-    passing = {
-        pair
-        for pair in combinations(faces, 2)
-        if found(base, f"holds({test.replace('X', pair[0]).replace('Y', pair[1])})")
-    }
-    triples = [three for three in combinations(faces, 3) if set(combinations(three, 2)) <= passing]
-    assert passing
-    assert sorted(found(base, f"each_pair(X, Y, [A, B], {test})")) == sorted(passing)
-    assert sorted(found(base, f"each_pair(X, Y, [A, B, C], {test})")) == triples
-
-
 def test_a_list_of_one_is_any_face_and_of_none_nothing(base: KnowledgeBase) -> None:
     assert found(base, "each_pair(X, Y, [], convex(X, Y))") == [()]
     ones = found(base, "each_pair(X, Y, [A], convex(X, Y))")
@@ -89,10 +56,6 @@ def test_faces_that_are_given_are_kept(base: KnowledgeBase) -> None:
     assert found(base, "each_pair(X, Y, [f9, f3], adjoins(X, Y))") == []  # not in order
 
 
-def test_only_the_faces_are_columns(base: KnowledgeBase) -> None:
-    assert base.query("each_pair(X, Y, [A, B], convex(X, Y))").names == ("A", "B")
-
-
 def test_each_scene_has_its_own_pairs() -> None:
     with KnowledgeBase() as base:
         goal = "each_pair(X, Y, [A, B], convex(X, Y))"
@@ -102,12 +65,6 @@ def test_each_scene_has_its_own_pairs() -> None:
         assert found(base, goal) == [("f1", "f2")]
         base.load_scene("s", facts[:2])
         assert found(base, goal) == []
-
-
-def test_a_hopeless_deviation_is_no_pass() -> None:
-    with KnowledgeBase() as base:
-        base.load_scene("s", scene(1, sd=200.0))
-        assert found(base, "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 25))") == []
 
 
 def test_pairs_of_a_crisp_base_have_no_deviations() -> None:
@@ -137,33 +94,3 @@ def test_words_of_a_models_file_are_known_in_it(tmp_path: Path) -> None:
         count = len(found(base, "each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 25))"))
         assert count > 1
         assert verdict.also == count - 1
-
-
-@pytest.mark.parametrize(
-    "goal",
-    ["each_pair(X, Y, [A, B], wobbly(X, Y))", "each_pair(X, Y, [A, B], near(angel(X, Y), 90, 1))"],
-)
-def test_an_unknown_word_in_the_test_is_a_fault_of_the_question(
-    base: KnowledgeBase, goal: str
-) -> None:
-    with pytest.raises(QueryError):
-        base.query(goal)
-
-
-@pytest.mark.parametrize(
-    "goal", ["each_pair(X, Y, L, convex(X, Y))", "each_pair(a, Y, [A], convex(Y, Y))"]
-)
-def test_what_cannot_be_searched_is_an_error(base: KnowledgeBase, goal: str) -> None:
-    with pytest.raises(QueryError):
-        list(base.query(goal))
-
-
-def test_a_face_may_have_any_name() -> None:
-    names = ("", "[]", "a b", "é")
-    facts: list[Fact] = [("face", name) for name in names]
-    facts += [("evidence", name, "measured") for name in names]
-    facts += [("coplanar", a, b) for a in names for b in names]
-    with KnowledgeBase() as base:
-        base.load_scene("s", facts)
-        (row,) = base.query("each_pair(X, Y, [A, B, C, D], coplanar(X, Y))")
-        assert set(row) == set(map(Atom, names))

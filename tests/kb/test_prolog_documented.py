@@ -42,11 +42,3 @@ def documented(text: str) -> set[tuple[str, int]]:
 def test_all_exports_have_a_mode_line(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert exports(text) - documented(text) == set()
-
-
-def test_a_predicate_without_a_mode_line_is_found() -> None:
-    text = (
-        ":- module(m, [ a/1,  % +X\n  b/2, c/0 ]).\n%!  a(+X) is det.\n%!  b(+X:list(T)) is det.\n"
-    )
-    assert exports(text) == {("a", 1), ("b", 2), ("c", 0)}
-    assert exports(text) - documented(text) == {("b", 2), ("c", 0)}

@@ -1,6 +1,5 @@
 """Questions as text: what they ask, which columns they have, where a fault is."""
 
-import math
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -33,87 +32,52 @@ def ask(base: KnowledgeBase, question: str, **given: Term) -> list[dict[str, Ter
     return [dict(zip(answers.names, row, strict=True)) for row in answers]
 
 
-def pairs(*rows: tuple[str, Term]) -> list[dict[str, Term]]:
-    return [{name: value} for name, value in rows]
-
-
 @pytest.mark.parametrize(
     ("question", "answers"),
     [
         ("face(F)", [{"F": F1}, {"F": F2}]),
-        ("face(F).", [{"F": F1}, {"F": F2}]),
         ("  face(F) . % all of them", [{"F": F1}, {"F": F2}]),
-        ("/* first */ face(F)", [{"F": F1}, {"F": F2}]),
         ("face(f1)", [{}]),
         ("face(f9)", []),
-        ("fact(face(F)), F \\== f1", [{"F": F2}]),
         ("angle(f1, B, Deg, _Sd)", [{"B": F2, "Deg": 88.0}]),
         ("angle(A, B, D, _), A @< B, abs(D - 90) =< 15", [{"A": F1, "B": F2, "D": 88.0}]),
         ("face_of(t1, F), holds(level(F))", [{"F": F1}]),
         ("face(F), possible(all([upward(F), near(angle(F, f2), 90, 5)]))", [{"F": F1}]),
         ("measure(tilt(F), V, _, K)", [{"F": F1, "V": 2.0, "K": Atom("deg")},
                                        {"F": F2, "V": 88.0, "K": Atom("deg")}]),
-        ("relation(upward(f1), Truth)", [{"Truth": Atom("true")}]),
         ("verdict(t1, box, State, _)", [{"State": Atom("unknown")}]),
-        ("is_a(t1, box)", []),
         ("in(S, face(f2))", [{"S": S}]),
-        ("in(s, ( face(F), F @> f1 ))", [{"F": F2}]),
         ("double(4, X)", [{"X": 8}]),
-        ("maplist(double, [1, 2], L)", [{"L": (2, 4)}]),
         ("face(F) -> true ; F = none", [{"F": F1}]),
-        ("face(F) *-> true ; F = none", [{"F": F1}, {"F": F2}]),
         ("\\+ face(f9), forall(face(F), atom(F))", [{}]),
         # all solutions
         ("findall(F-A, tilt(F, A, _), L)",
          [{"L": (Struct("-", (F1, 2.0)), Struct("-", (F2, 88.0)))}]),
-        ("findall(F, face(F), L, [end])", [{"L": (F1, F2, Atom("end"))}]),
         ("aggregate_all(count, face(_), N)", [{"N": 2}]),
-        ("aggregate_all(sum(A/2), tilt(_, A, _), S)", [{"S": 45.0}]),
         ("aggregate_all(max(A, F), tilt(F, A, _), max(M, F))", [{"M": 88.0, "F": F2}]),
         ("aggregate_all(r(count, min(A), bag(F)), tilt(F, A, _), R)",
          [{"R": Struct("r", (2, 2.0, (F1, F2)))}]),
-        ("aggregate_all(count, T, part_of(_, T), N)", [{"N": 1}]),
         ("bagof(F, A^S^tilt(F, A, S), L)", [{"L": (F1, F2)}]),
         ("setof(A, S^( tilt(F, A, S), A > 1 ), L)",
          [{"F": F1, "L": (2.0,)}, {"F": F2, "L": (88.0,)}]),
         ("order_by([desc(A)], tilt(F, A, _))", [{"A": 88.0, "F": F2}, {"A": 2.0, "F": F1}]),
         ("limit(1, offset(1, face(F)))", [{"F": F2}]),
-        ("distinct(T, part_of(F, T))", [{"T": T1, "F": F1}]),
-        ("call_nth(face(F), 2)", [{"F": F2}]),
         # closures
         ("include(face, [f1, f9], L)", [{"L": (F1,)}]),
-        ("exclude(angle(f1, f2, 88.0), [1.0, 2.0], L)", [{"L": (2.0,)}]),
-        ("partition(<(1), [0, 1, 2, 3], In, Out)", [{"In": (2, 3), "Out": (0, 1)}]),
         ("maplist(angle(f1), [f2], Degs, Sds)", [{"Degs": (88.0,), "Sds": (1.0,)}]),
-        ("maplist(is, [X, Y], [1 + 1, X * X])", [{"X": 2, "Y": 4}]),
         ("foldl(plus, [1, 2, 3], 0, Sum)", [{"Sum": 6}]),
-        ("foldl(atom_concat, [a, b], '', X)", [{"X": Atom("ba")}]),
-        ("maplist(aggregate_all(count, face(_)), [N, M])", [{"N": 2, "M": 2}]),
         ("include(holds, [upward(f1), upward(f9), level(f1)], L)",
          [{"L": (Struct("upward", (F1,)), Struct("level", (F1,)))}]),
-        ("call(face, F), F = f1", [{"F": F1}]),
-        ("predsort(compare, [b, a, b], L)", [{"L": (Atom("a"), Atom("b"))}]),
         # text, lists, terms, numbers
         ("atomic_list_concat([a, 1, \"b\"], X)", [{"X": Atom("a1b")}]),
-        ("atomic_list_concat(P, ',', 'a,b')", [{"P": (Atom("a"), Atom("b"))}]),
-        ("sub_atom(abc, B, 1, 0, C)", [{"B": 2, "C": Atom("c")}]),
         ("split_string(\"a b\", \" \", \"\", P)", [{"P": ("a", "b")}]),
         ("T =.. [f, X], X = 1", [{"T": Struct("f", (1,)), "X": 1}]),
-        ("functor(f(a), N, A)", [{"N": Atom("f"), "A": 1}]),
         ("X is 2**100 - 1", [{"X": 2**100 - 1}]),
-        ("X is 2*pi", [{"X": 2 * math.pi}]),
-        ("X is log(e) + 0*epsilon", [{"X": 1.0}]),
-        ("X is inf", [{"X": math.inf}]),
         ("X is 1 + log2(2**10)", [{"X": 11.0}]),
-        ("aggregate_all(sum(log2(4)), member(_, [a, b]), X)", [{"X": 4.0}]),
-        ("X is log(10, 1000)", [{"X": pytest.approx(3.0)}]),
-        ("X = 200, Y is 2^X", [{"X": 200, "Y": 2**200}]),
         ("X is 1 rdiv 3", [{"X": Fraction(1, 3)}]),
-        ("is_a(t1, M), M = table", []),
         ("M = table, verdict(t1, M, S, _)", [{"M": Atom("table"), "S": Atom("unknown")}]),
         ("X = tabel, face(F), F \\== X, F \\== f1", [{"X": Atom("tabel"), "F": F2}]),
         ("E = 2*3, X is E + 1", [{"E": Struct("*", (2, 3)), "X": 7}]),
-        ("sum_list([1, 2.5], X), max_list([1, 3, 2], Y)", [{"X": 3.5, "Y": 3}]),
         ("X = point(1, \"a\", [b|_])",
          [{"X": Struct("point", (1, "a", Struct("[|]", (Atom("b"), Var("X0")))))}]),
     ],
@@ -156,7 +120,6 @@ def test_columns_are_what_an_answer_can_bind(
         ("in(S, face(X)), in(R, face(X)), R @< S", True),
         ("findall(F, in(_, face(F)), X)", True),
         ("double(1, X)", True),
-        ("maplist(double, [1], X)", True),
         ("face(X)", False),
         ("in(a, face(_)), face(X)", False),
         ("findall(F, face(F), X)", False),
@@ -183,75 +146,43 @@ def test_what_asks_no_scene_is_asked_once(question: str, once: bool) -> None:
         ("face(F), angle(F, G)", "angle(F, G)", "angle has 4 arguments, not 2: "
          "angle(F1, F2, Angle, Sd)"),
         ("face_of(T)", "face_of(T)", "face_of has 2 arguments, not 1: face_of(Thing, Face)"),
-        ("findal(X, face(X), L)", "findal", "did you mean findall/3?"),
         ("findall(X, fase(X), L)", "fase", "did you mean face/1?"),
         ("holds(at_most(tlit(f1), 2))", "tlit", "tlit/1 is no measure of the vocabulary; did you "
          "mean tilt?"),
-        ("holds(levl(f1))", "levl", "levl/1 is no test of the vocabulary; did you mean level?"),
-        ("measure(tlit(F), V, S, K)", "tlit", "did you mean tilt?"),
         ("face(F), X is sqr(2)", "sqr", "sqr/1 is no function of arithmetic; did you mean sqrt?"),
         ("X is pie * 2", "pie", "pie is no number; did you mean pi?"),
         ("aggregate_all(maxi(A), tilt(_, A, _), X)", "maxi", "did you mean max?"),
-        ("aggregate_all(r(count, A), tilt(_, A, _), X)", "A", "aggregate_all needs to know"),
-        ("aggregate_all(r(count, 7), face(_), X)", "7", "aggregate_all works out count, sum(X)"),
         ("in(s, angel(A, B, C, D))", "angel", "did you mean angle/4?"),
         ("include(fase, [f1], L)", "fase", "did you mean face/1?"),
-        ("bagof(G, S^angel(F, G, D, S), L)", "angel", "did you mean angle/4?"),
-        ("call(( face(F), fase(F) ))", "fase", "did you mean face/1?"),
         ("face(F) face(G)", "f", "a comma, an operator or a full stop is missing here"),
         ("face(F), tilt(F, A, 'x", "'x", "a quotation is not closed"),
         ("face(F), (tilt(F, A, _)", "", "the text ends too early"),
-        ("foo :- bar", ":-", "(:-)/2 is no fact"),
         ("face(F). face(G).", " face(G).", "a question is one goal"),
-        ("ärger(F), fäce(F)", "ärger", "ärger/1 is no fact"),
         ("X = '😀😀', fase(X)", "fase", "did you mean face/1?"),
-        ("face(F),\r\n\tfase(F)", "fase", "did you mean face/1?"),
         ("is_a(T, tabel)", "tabel", "there is no model tabel; did you mean table?"),
-        ("holds(is_a(t1, tabel))", "tabel", "did you mean table?"),
-        ("plays(F, top, T, xyz)", "xyz", "there is no model xyz; there are bed, "),
-        ("assignment(bux, T, P)", "bux", "did you mean box?"),
         ("verdict(T, box, hold, _)", "hold", "a verdict is holds, fails or unknown"),
         ('is_a(T, "box")', '"box"', "a name has no double quotes: write box"),
         ('tilt("f1", A, _)', '"f1"', "write f1"),
-        ('face_of("t1", F)', '"t1"', "write t1"),
         ("tilt(F, A, _), A != 90", "!=", "X =\\= Y of numbers"),
-        ("tilt(F, A, _), A <= 90", "<=", "write X =< Y"),
-        ("tilt(F, A, _), A => 90", "=>", "write X >= Y"),
         ("tilt(F, A, _), A ≤ 90", "≤", "write X =< Y"),
         ("face(F) and tilt(F, A, _)", "and", "write a comma"),
-        ("face(F) && tilt(F, A, _)", "&&", "write a comma"),
-        ("face(F) OR face(G)", "OR", "write a semicolon"),
         ("X = 'and != %', not face(X)", "not", "write \\+ before"),
         ("Face(F)", "Face", "write face(...)"),
-        ("is_a(T, “box”)", "“", "without quotation marks"),
         ("length(F, L, _), L > 20 cm", "20 cm", "write 0.2 for 20 cm"),
-        ("length(F, L, _), L > 20*cm", "cm", "in metres: write 0.01 for cm"),
         ("length(F, L, _), L > 0,5", "5", "written with a point"),
         # a constant that is compared with what stands for a model, a verdict or a name
         ("is_a(T, M), M = tabel", "tabel", "did you mean table?"),
-        ("is_a(T, M), M \\== tabel", "tabel", "did you mean table?"),
         ('is_a(T, M), "box" = M', '"box"', "write box"),
         ("member(M, [box, tabel]), is_a(T, M)", "tabel", "did you mean table?"),
-        ("N = M, is_a(T, M), memberchk(N, [tabel|_])", "tabel", "did you mean table?"),
-        ("in(S, is_a(T, M)), in(R, M = tabel)", "tabel", "did you mean table?"),
-        ("forall(member(M, [tabel]), is_a(t1, M))", "tabel", "did you mean table?"),
-        ("findall(M, is_a(t1, M), L), K = L, memberchk(tabel, K)", "tabel", "did you mean table?"),
         ("maplist(is_a(t1), [box, tabel])", "tabel", "did you mean table?"),
         ("verdict(T, M, S, D), member(M-S, [box-holds, table-fail])", "fail", "a verdict is holds"),
-        ("holds(is_a(t1, M)), M = tabel", "tabel", "did you mean table?"),
-        ("part_in(t1, M, top, P), M = tabel", "tabel", "did you mean table?"),
         ("relation(upward(f1), R), R = yes", "yes", "a relation is true, false or unknown"),
-        ("measure(tilt(F), V, _, K), K = degrees", "degrees", "kind is deg, ratio"),
         ('face(F), F == "f1"', '"f1"', "write f1"),
-        ('tilt(F, A, _), A = "5"', '"5"', "a number has no double quotes: write 5"),
         # words that are asked in another way
         ("area(F, A, _), tilt(F) > 5", "tilt(F)", "tilt(F, Angle, Sd)"),
-        ("height(T, H)", "height(T, H)", "write measure(height("),
         ("level(F)", "level(F)", "write holds(level("),
-        ("box(T)", "box(T)", "write is_a(Thing, box)"),
         ("face(F) | edge(F, _, _)", "|", "write a semicolon"),
         ("¬ face(F)", "¬", "write \\+ before"),
-        ("is_a(T, M), M in [box, table]", "in", "write member("),
     ],
 )  # fmt: skip
 def test_a_fault_is_told_with_its_place(
@@ -263,11 +194,6 @@ def test_a_fault_is_told_with_its_place(
     assert message in str(error)
     assert question[error.start : error.end] == fault
     assert error.text == question
-
-
-def test_the_first_fault_is_told(base: KnowledgeBase) -> None:
-    with pytest.raises(QueryError, match="fase/1"):
-        base.query("face(F), fase(F), angel(F)")
 
 
 def test_given_values_are_values(base: KnowledgeBase) -> None:
@@ -334,22 +260,3 @@ def test_every_word_has_a_signature_and_a_meaning(base: KnowledgeBase) -> None:
     for (name, arity, kind), (signature, meaning) in words().items():
         assert name in signature, (name, kind)
         assert meaning, (name, arity, kind)
-
-
-@pytest.mark.parametrize(
-    ("word", "signature"),
-    [
-        (("face_of", 2, "search"), "face_of(Thing, Face)"),
-        (("angle", 2, "measure"), "angle(F1, F2)"),
-        (("adjoins", 2, "relation"), "adjoins(F1, F2)"),
-        (("findall", 3, "prolog"), "findall(Template, Goal, List)"),
-        (("foldl", 4, "prolog"), "foldl(Goal, List, First, Last)"),
-        (("near", 3, "test"), "near(Measure, Target, Tolerance)"),
-        (("in", 2, "question"), "in(Scene, Goal)"),
-        (("is", 2, "prolog"), "X is E"),
-    ],
-)
-def test_signatures_read_as_they_are_written(
-    base: KnowledgeBase, word: tuple[str, int, str], signature: str
-) -> None:
-    assert words()[word][0] == signature

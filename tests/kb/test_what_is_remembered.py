@@ -1,4 +1,4 @@
-"""What a scene remembers: of small questions only, and never too many answers."""
+"""Answers that a scene remembers: of small questions only, and never too many answers."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -216,12 +216,8 @@ def test_scenes_are_asked_together_or_some_of_them(
     assert answer(shell, said, "in(second, face(f1))") == "yes\n"
 
 
-def test_strangers_models_are_asked_in_a_process_of_their_own(
-    shell: Shell, said: Said, model: Path
-) -> None:
-    assert not shell.session.base.isolated
+def test_a_loaded_model_is_asked_and_listed(shell: Shell, said: Said, model: Path) -> None:
     execute(shell, f":load {model}")
-    assert shell.session.base.isolated
     assert answer(shell, said, "why lid").startswith("t1 is a lid")
     assert str(model) in answer(shell, said, ":models")
 
@@ -283,14 +279,6 @@ def test_a_faulty_model_is_not_loaded(shell: Shell, model: Path) -> None:
     with pytest.raises(RuleSyntaxError, match=r"lid\.model:2"):
         execute(shell, f":load {model}")
     assert "lid" not in shell.session.base.models
-
-
-def test_a_trusted_session_stays_in_this_process(scene: Path, model: Path) -> None:
-    with Session(trust=True) as session:
-        session.load_models([model])
-        session.load_scenes([scene])
-        assert not session.base.isolated
-        assert "lid" in session.base.models
 
 
 def batch(shell: Shell, text: str) -> Outcome:

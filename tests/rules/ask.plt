@@ -35,7 +35,7 @@ block_fact(Fact) :-
 with_block :-
     gensym(test_scene, Scene),
     new_scene(Scene),
-    forall(block_fact(Fact), add_fact(Scene, Fact)),
+    forall(block_fact(Fact), assertz(Scene:Fact)),
     asserta(scene_now(Scene)).
 
 without :-

@@ -25,7 +25,7 @@ groups(Points, Groups) :-
     setup_call_cleanup(
         new_scene(Scene),
         ( forall(member(Fact, [thing(t1), up(0.0, 0.0, 1.0), thing_size(t1, 10.0, 5.0, 1.0)|Facts]),
-                 add_fact(Scene, Fact)),
+                 assertz(Scene:Fact)),
           in_scene(Scene, separate(Supports, Groups)) ),
         destroy_scene(Scene)).
 
@@ -54,7 +54,7 @@ gate(Faces, Groups) :-
     setup_call_cleanup(
         new_scene(Scene),
         ( forall(member(Fact, [thing(t1), up(0.0, 0.0, 1.0), thing_size(t1, 10.0, 2.0, 0.2)|Facts]),
-                 add_fact(Scene, Fact)),
+                 assertz(Scene:Fact)),
           in_scene(Scene, separate(Faces, Groups)) ),
         destroy_scene(Scene)).
 

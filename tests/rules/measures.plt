@@ -1,7 +1,7 @@
 % Measures and relations of faces, edges and things, on facts written by hand.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(prove)).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog(vocabulary)).
 
@@ -10,7 +10,7 @@
 with(Facts) :-
     gensym(measures_scene, Scene),
     new_scene(Scene),
-    forall(member(Fact, Facts), add_fact(Scene, Fact)),
+    forall(member(Fact, Facts), assertz(Scene:Fact)),
     asserta(scene_now(Scene)).
 
 without :-

@@ -34,7 +34,7 @@ state(Facts, State) :-
 verdict(Facts, Verdict) :-
     setup_call_cleanup(
         ( gensym(test_scene, Scene), new_scene(Scene) ),
-        ( forall(member(Fact, Facts), add_fact(Scene, Fact)),
+        ( forall(member(Fact, Facts), assertz(Scene:Fact)),
           in_scene(Scene, judge(box, box, t1, Verdict)) ),
         destroy_scene(Scene)).
 
@@ -52,7 +52,7 @@ test(three_faces_are_a_box, State == holds) :-
 test(sizes_are_between_sides_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
     block(Facts),
     verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _, _)),
-    findall(N-V, member(size(N, _, V, _), Named), Sizes).
+    findall(N-V, member(size(N, V, _, _), Named), Sizes).
 test(each_choice_of_faces_is_proposed_once, Also == 0) :-
     block(Facts),
     verdict(Facts, verdict(_, _, _, _, _, _, _, _, Also, _)).

@@ -1,14 +1,14 @@
 % Words for pieces on facts written by hand.
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(prove)).
 
 :- dynamic scene_now/1.
 
 with(Facts) :-
     gensym(test_scene, Scene),
     new_scene(Scene),
-    forall(member(Fact, Facts), add_fact(Scene, Fact)),
+    forall(member(Fact, Facts), assertz(Scene:Fact)),
     asserta(scene_now(Scene)).
 
 without :-

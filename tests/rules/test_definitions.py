@@ -1,4 +1,4 @@
-"""What the built-in models say of things of any size: what each of them is, and nothing else."""
+"""Verdicts on things of any size: what each of them is, and nothing else."""
 
 from collections.abc import Iterator
 

@@ -43,7 +43,7 @@ def quarters(filled: set[Octant], axis: int, sign: int) -> dict[tuple[int, int],
 
 
 def label(filled: set[Octant], axis: int, sign: int, eye: Octant) -> tuple[str, int] | None:
-    """What the half axis shows to an eye in that octant, and which other axis bounds its one seen
+    """Label of the half axis for an eye in that octant, and which other axis bounds its one seen
     face; None if nothing is seen there."""
     round_it = quarters(filled, axis, sign)
     side = tuple(eye[k] for k in range(3) if k != axis)
@@ -59,7 +59,8 @@ def label(filled: set[Octant], axis: int, sign: int, eye: Octant) -> tuple[str, 
 
 
 def shown_by_corners() -> dict[str, set[tuple[str, ...]]]:
-    """What corners where three planes meet at right angles show to eyes in all empty octants.
+    """Junctions that corners where three planes meet at right angles show to eyes in all empty
+    octants.
 
     Of the eight octants some are solid, so that three edges meet (Huffman 1971).
     """

@@ -14,7 +14,7 @@ from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.builtin_rules import builtin_rules
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.promised_facts import asks_on_demand
+from facetlog.kb.loading.scene_facts import asks_on_demand
 from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
 from facetlog.perception.facts.pieces.kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
@@ -99,16 +99,6 @@ def test_each_solid_is_what_its_pieces_make(loaded: Loaded, scene: str, holding:
     assert {m for m, v in verdicts.items() if v.state is State.HOLDS} == holding
 
 
-def test_its_parts_are_named(loaded: Loaded) -> None:
-    verdict = _verdict(loaded[0], "table", "table2")
-    assert {part.role: part.faces for part in verdict.parts} == {
-        "top": ("p1",),
-        "leg": ("p2", "p3", "p4", "p5"),
-    }
-    (size,) = verdict.sizes
-    assert (size.name, round(size.value, 2)) == ("length", 1.2)
-
-
 def test_a_block_is_no_board_and_the_proof_says_by_which_shares(loaded: Loaded) -> None:
     said = "\n".join(_verdict(loaded[0], "cuboid", "table2").miss_lines())
     assert "thickness(p1) = 75.0 ± 1.1 % of width(p1), needs at most 35 %" in said
@@ -120,29 +110,10 @@ def test_a_chair_is_no_table_since_something_stands_on_it(loaded: Loaded) -> Non
     assert failing == {"bare"}
 
 
-@pytest.mark.parametrize("scene", ["table", "chair", "shelf", "cuboid"])
-def test_batches_say_the_same(loaded: Loaded, scene: str) -> None:
-    base, judge = loaded
-    (columns,) = fact_columns([_scene(scene)], {name for name, _ in judge.needed})
-    brief = {v.model: v for v in judge.judge_columns(columns)}
-    for model in ("table2", "seat2", "rack", "brick"):
-        full = _verdict(base, scene, model)
-        assert brief[model].state is full.state
-        assert brief[model].degree == pytest.approx(full.degree, abs=1e-12)
-        assert brief[model].parts == tuple((p.role, p.faces) for p in full.parts)
-    assert all(c.interpreted == () for m, c in judge.conditions().items() if m in brief)
-
-
 def test_who_names_no_piece_does_not_ask_for_them() -> None:
     with BatchJudge() as judge:
         assert not {kind.functor for kind in PIECE_KINDS} & {name for name, _ in judge.needed}
     assert not asks_on_demand((builtin_rules() / "shelf.pl").read_text(encoding="utf-8"))
-
-
-def test_a_scene_without_pieces_leaves_all_open(loaded: Loaded) -> None:
-    base, _ = loaded
-    base.load_scene("bare", _known("table"))
-    assert base.why("bare", "table2").state is State.UNKNOWN
 
 
 WINDOW = """model window

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.kb.engine.engine import house
 from facetlog.kb.loading.builtin_rules import builtin_rules
-from facetlog.kb.loading.schema import declarations
+from facetlog.kb.loading.encode import declarations
 
 HERE = Path(__file__).parent
 BRIDGE = house("kb") / "prolog" / "bridge.pl"

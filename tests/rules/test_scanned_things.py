@@ -30,7 +30,7 @@ def judge() -> Iterator[BatchJudge]:
 
 
 def scanned(scene: Scene, azimuth: float, height: float) -> Scene:
-    """What a sensor sees of the scene from this direction, degrees, as a body."""
+    """View of the scene by a sensor from this direction, degrees, as a body."""
     around, over = np.deg2rad([azimuth, height])
     way = np.array([np.cos(over) * np.cos(around), np.cos(over) * np.sin(around), np.sin(over)])
     middle = scene.points.mean(axis=0)

@@ -14,7 +14,7 @@ from facetlog.batch.labels import read_labels
 from facetlog.errors import InputError
 from facetlog.grammar.analysis import analyse
 from facetlog.kb.labelled_scenes import labelled_cases
-from facetlog.kb.loading.rule_text import rule_text
+from facetlog.kb.loading.rule_source import rule_text
 from facetlog.perception.reading.picture_file import read_picture
 from facetlog.perception.reading.pose_files.file_values import read_text
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape

@@ -26,10 +26,11 @@ cost(Candidates, Inferences, Seconds): how many assignments were proposed, or wh
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(target)).
-:- use_module(facetlog_kb(saved_code)).
 :- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(facts_on_demand)).
+:- use_module(library(aggregate)).
+:- use_module(facetlog_kb(scene_cache)).
 
 :- dynamic batch_scene/2,               % Batch, Scene
            batch_model/4,               % Batch, Model, Module, Target or none
@@ -214,7 +215,7 @@ judged(none, Module, Model, Thing,
        brief(Model, Of, State, Low, High, Parts, Sizes, cost(0, _, _))) :-
     !,                                  % how many were proposed only search.pl knows
     judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Measured, _, _, _)),
-    findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Measured), Sizes).
+    findall(size(Name, V, Sd), member(size(Name, V, Sd, _), Measured), Sizes).
 judged(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),
@@ -263,3 +264,67 @@ interpreted(Target, Model, Labels, Interpreted) :-
               calls_interpreter(Target, Name/3),
               nth1(Number, Labels, Label) ),
             Interpreted).
+
+                 /*******************************
+                 *       COMPILED FILES        *
+                 *******************************/
+
+%   To write models anew for a batch takes longer than all else at its start, and what is written depends
+%   on the models and the program alone: it is kept as scenes are (scene_cache.pl). A file has the clauses
+%   of one target, and one of its own with all that must be known of these: which predicates have none yet,
+%   and what target.pl has noted. It is loaded into a target of the same name, for clauses name it.
+
+%!  save_code(+Target, +About, +File, -Count) is det.
+%
+%   Writes the Count clauses of Target to File, which holds no facts yet, and the term About with them.
+%
+%   @error io_error or permission_error if File cannot be written.
+
+save_code(Target, About, File, Count) :-
+    findall(Name/Arity, own(Target, Name/Arity), Own),
+    partition(has_clauses(Target), Own, Written, Empty),
+    code_notes(Target, Notes),
+    maplist(head, Written, Heads),
+    setup_call_cleanup(
+        assertz(Target:'saved code'(Empty, Notes, About)),
+        save_module(Target, ['saved code'(_, _, _)|Heads], File),
+        retractall(Target:'saved code'(_, _, _))),
+    clause_count(Target, Count).
+
+%   What is no fact of the schema.
+own(Target, Name/Arity) :-
+    current_predicate(Target:Name/Arity),
+    functor(Head, Name, Arity),
+    \+ predicate_property(Target:Head, imported_from(_)),
+    \+ fact_schema(Name/Arity, _).
+
+has_clauses(Target, Indicator) :-
+    head(Indicator, Head),
+    predicate_property(Target:Head, number_of_clauses(Number)),
+    Number > 0.
+
+head(Name/Arity, Head) :-
+    functor(Head, Name, Arity).
+
+clause_count(Target, Count) :-
+    aggregate_all(sum(Number),
+                  ( own(Target, Indicator),
+                    head(Indicator, Head),
+                    predicate_property(Target:Head, number_of_clauses(Number)) ),
+                  Count).
+
+%!  load_code(+Target, +File, +Count, -About) is semidet.
+%
+%   Adds the clauses of File to Target, a scene without facts. Fails if they are not Count.
+
+load_code(Target, File, Count, About) :-
+    load_saved_module(Target, File),
+    Target:'saved code'(Empty, Notes, About),
+    abolish(Target:'saved code'/3),
+    maplist(begun(Target), Empty),
+    note_again(Target, Notes),
+    clause_count(Target, Count).
+
+begun(Target, Indicator) :-
+    head(Indicator, Head),
+    declared(Target, Head).

@@ -7,19 +7,17 @@
 
 /** <module> Rule files into modules
 
-What the model language was compiled to is read as data and holds nothing but harmless words. A file
-of Prolog is a program, and loaded only if the user trusts it. Loaded is
-loaded(Module, Models, Others, Warnings): Others has Model-Names of each model whose name stands before
-others; a warning is a text that begins with File:Line.
+What the model language was compiled to is read as clauses without directives. A file of Prolog is a
+program, and loaded only if the user trusts it. Loaded is loaded(Module, Models, Others, Warnings): Others
+has Model-Names of each model whose name stands before others; a warning is a text that begins with
+File:Line.
 */
 
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(check)).
 :- use_module(facetlog_kb(small_terms)).
 :- use_module(facetlog_kb(white_list)).
-:- use_module(facetlog_kb(words)).
 :- use_module(facetlog(vocabulary)).
 
 %!  load_builtin(+Path, -Loaded) is det.
@@ -47,18 +45,10 @@ models_in(Module, Models, Names) :-
 %!  load_compiled(+Module, +Text, -Loaded) is det.
 %
 %   Adds the clauses of Text, which a model was compiled to, to the fresh module Module.
-%
-%   @throws rule_faults(Messages) if a body calls anything but harmless words and what the text defines.
 
 load_compiled(Module, Text, loaded(Module, Models, Names, [])) :-
     new_rule_module(Module),
-    setup_call_cleanup(open_string(Text, Stream), read_clauses(Stream, Clauses), close(Stream)),
-    findall(Name/Arity,
-            ( member(Clause, Clauses), ( Clause = (Head :- _) -> true ; Head = Clause ),
-              functor(Head, Name, Arity) ),
-            Own),
-    catch(forall(member(Clause, Clauses), add_clause(Clause, Own, Module)), Error,
-          ( '$destroy_module'(Module), throw(Error) )),
+    setup_call_cleanup(open_string(Text, Stream), add_clauses(Stream, Module), close(Stream)),
     models_in(Module, Models, Names).
 
 %!  new_rule_module(+Module) is det.
@@ -70,43 +60,13 @@ new_rule_module(Module) :-
     set_module(Module:class(temporary)),
     furnish(Module).
 
-read_clauses(Stream, Clauses) :-
+add_clauses(Stream, Module) :-
     read_term(Stream, Clause, [module(facetlog_text), double_quotes(string)]),
     (   Clause == end_of_file
-    ->  Clauses = []
-    ;   Clause = (:- _)                 % the module line and the vocabulary
-    ->  read_clauses(Stream, Clauses)
-    ;   Clauses = [Clause|Rest],
-        read_clauses(Stream, Rest)
-    ).
-
-add_clause(Clause, Own, Module) :-
-    ( Clause = (Head :- Body) -> true ; Head = Clause, Body = true ),
-    (   Head \= _:_,
-        harmless(Body, Own)
-    ->  assertz(Module:Clause)
-    ;   format(string(Message), "the compiled clause of ~q calls what it may not", [Head]),
-        throw(rule_faults([Message]))
-    ).
-
-%   Goal has no effect, to the bottom of the goals that it calls.
-harmless(Goal, Own) :-
-    callable(Goal),
-    functor(Goal, Name, Arity),
-    (   memberchk(Name/Arity, Own)
     ->  true
-    ;   allowed_word(Goal, Word)
-    ->  forall(( compound(Goal), arg(Index, Word, Sort), arg(Index, Goal, Part),
-                 called_part(Sort, Part, Inner) ),
-               harmless(Inner, Own))
-    ;   search_word(Name/Arity)
+    ;   ( Clause = (:- _) -> true ; assertz(Module:Clause) ),  % the module line and the vocabulary
+        add_clauses(Stream, Module)
     ).
-
-called_part(goal(_), Goal, Goal).
-called_part(inner(_), Goal, Goal).
-called_part(bag(_), Bag, Goal) :- inner_goal(Bag, _, Goal).
-called_part(closure(Extra, _), Closure, Goal) :-
-    ( extended(Closure, Extra, Goal0) -> Goal = Goal0 ; Goal = Closure ).
 
                  /*******************************
                  *            PROLOG            *

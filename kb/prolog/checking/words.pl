@@ -70,8 +70,8 @@ vocabulary_tolerance(Name) :-
                  *          DESCRIPTION         *
                  *******************************/
 
-%   described(Head, Kind, Meaning): what the vocabulary's words mean; a measure or relation that is
-%   a fact means what the fact does.
+%   described(Head, Kind, Meaning): meanings of words that neither the vocabulary of models
+%   (grammar/vocabulary.py) nor the schema of facts has.
 described(thing('Thing'), search, "a connected group of faces, judged as one object").
 described(face_of('Thing', 'Face'), search, "a measured face of the thing").
 described(loose_edge_of('Thing', 'Edge'), search,
@@ -147,99 +147,16 @@ described(thing_width('Thing'), measure, "middle side of the thing").
 described(thing_height('Thing'), measure, "height of the thing's highest point").
 described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
-described(area('X'), measure, "area of a face, or of all measured faces of a thing").
-described(length('X'), measure, "longer side of a face, longest side of a thing").
-described(width('X'), measure, "shorter side of a face, middle side of a thing").
-described(depth('Thing'), measure, "shortest side of a thing").
-described(height('X'), measure, "from the lowest to the highest point of a face, edge or thing").
-described(elevation('X'), measure,
-          "height of the middle of a face or thing above the thing's lowest point").
-described(piece_length('Piece'), measure, "longest side of the least box round the piece").
-described(piece_width('Piece'), measure, "middle side of that box").
-described(thickness('Piece'), measure, "shortest side of that box").
-described(piece_height('Piece'), measure, "from the lowest to the highest point of the piece").
-described(piece_elevation('Piece'), measure,
-          "height of the middle of the piece above the thing's lowest point").
-described(piece_top_of('Piece'), measure, "height of its highest point above that").
-described(piece_bottom_of('Piece'), measure, "height of its lowest point above that").
-described(piece_tilt('Piece'), measure,
-          "tilt of the broad side of what is thin, else of the piece's length").
-described(piece_angle('P', 'Q'), measure, "angle between two pieces: 0 along each other, 90 square").
-described(piece_overlap('P', 'Q'), measure,
-          "share of the smaller piece's plan that lies over or under the other's").
-described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
-described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
-described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").
-described(piece_level_width('Board'), measure, "level_width of the level at the board's upper side").
-described(piece_built_over('Board'), measure, "built_over of the level at the board's upper side").
-described(piece_room_below('Board'), measure, "room_below of the level at the board's upper side").
-described(piece_room_width('Board'), measure, "room_width of the level at the board's upper side").
-described(piece_room_above('Board'), measure, "room_above of the level at the board's upper side").
-described(piece_free_below('Board'), measure, "free_below of the level at the board's upper side").
-described(piece_see_through('Board'), measure, "see_through of the level at the board's upper side").
-described(piece_see_across('Board'), measure, "see_across of the level at the board's upper side").
-described(piece_open_from_two_sides('Board'), measure,
-          "open_from_two_sides of the level at the board's upper side").
-described(piece_enclosed('Board'), measure, "enclosed of the level at the board's upper side").
-described(piece_closed_behind('Board'), measure, "closed_behind of the level at the board's upper side").
-described(piece_closed_in_front('Board'), measure,
-          "closed_in_front of the level at the board's upper side").
-described(piece_side_behind('Board'), measure, "side_behind of the level at the board's upper side").
-described(piece_shelves_below('Board'), measure, "shelves_below of the level at the board's upper side").
-described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
-described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
-described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
-described(opening_length('Opening'), measure, "longer side of the rectangle round what one sees through").
-described(opening_width('Opening'), measure, "shorter side of that rectangle").
-described(opening_height('Opening'), measure, "from the lowest to the highest point of the opening").
-described(opening_elevation('Opening'), measure,
-          "height of the middle of the opening above the thing's lowest point").
-described(opening_top_of('Opening'), measure, "height of its highest point above that").
-described(opening_bottom_of('Opening'), measure, "height of its lowest point above that").
-described(shared_length('A', 'B'), measure, "length of the (longest) edge that two faces share").
-described(corners('Face'), measure, "how many corners the outline has").
-described(faces_at('Vertex'), measure, "how many measured faces have a corner there").
 described(smallest_gap('Things'), measure, "least distance between two of the things").
 described(largest_gap('Things'), measure, "greatest distance between two of the things").
 described(lowest('Measures'), measure, "the least of the measures").
 described(highest('Measures'), measure, "the greatest of the measures").
 described(sum('Measures'), measure, "the sum of the measures").
 described(mean('Measures'), measure, "the mean of the measures").
-described(board('Piece'), relation, "the piece is thin: no thicker than 35 % of its width").
-described(bar('Piece'), relation, "the piece is no board, and no wider than 35 % of its length").
-described(block('Piece'), relation, "the piece is neither a board nor a bar").
-described(piece_measured('Piece'), relation, "pictures, a mesh or a scan show some of the piece").
-described(piece_beside('P', 'Q'), relation, "neither is over the other, and both are about as high above the ground").
-described(piece_inside('P', 'Q'), relation, "most of the box round P lies in that of Q").
 described(openings_known('Thing'), relation, "no unseen space has room for another opening").
-described(piece_level('Piece'), relation, "within 10 degrees of level").
-described(piece_upright('Piece'), relation, "within 10 degrees of upright").
-described(piece_parallel('P', 'Q', 'Tolerance'), relation, "the pieces lie along each other").
-described(piece_above('P', 'Q'), relation, "the piece P is not lower than Q").
-described(piece_below('P', 'Q'), relation, "the piece P is not higher than Q").
-described(opening_above('P', 'Q'), relation, "the opening P is not lower than Q").
-described(opening_below('P', 'Q'), relation, "the opening P is not higher than Q").
-described(above('A', 'B'), relation, "the face A is not lower than B").
-described(below('A', 'B'), relation, "the face A is not higher than B").
-described(congruent('A', 'B'), relation, "the faces have the same length, width and area").
-described(on_ground('X'), relation, "its lowest point is level with that of its thing").
-described(at_rim('X', 'Face'), relation, "the upright face or edge stands at the rim of the face").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(scanned('Thing'), relation,
           "the thing's surface is known from some sides, and there all of it that was in sight").
-described(supports('X', 'Face'), relation,
-          "the upright face or edge starts below the face and reaches down to the ground").
-described(underside_of('Other', 'Face'), relation,
-          "the lower side of the board whose upper side the face is").
-described(touches('Thing', 'Other'), relation, "nothing is between the two things").
-described(bounds('Edge', 'Face'), relation, "the edge is a side of the face").
-described(measured('Face'), relation, "pictures support the face").
-described(share_corner('Faces'), relation, "the faces meet at one corner").
-described(level('X'), relation, "within 10 degrees of level").
-described(upright('X'), relation, "within 10 degrees of upright").
-described(parallel('A', 'B', 'Tolerance'), relation, "the normals are along one line").
-described(closes('Side', 'Face'), relation,
-          "the side is upright and shuts the space below the face").
 
 %!  known_word(?Kind, ?Indicator) is nondet.
 %
@@ -367,7 +284,19 @@ meaning(Kind, Name/Arity, Meaning) :-
     (   functor(Head, Name, Arity),
         described(Head, Kind, Meaning0)
     ->  Meaning = Meaning0
+    ;   memberchk(Kind, [measure, relation]),
+        word_of_models(Name, Word),
+        word_meaning(Word, Meaning0)
+    ->  Meaning = Meaning0
     ;   fact_schema(Name/_, Meaning0)
     ->  Meaning = Meaning0
     ;   Meaning = ""
+    ).
+
+%   Pieces and openings have other names here than in models.
+word_of_models(Name, Word) :-
+    (   member(Prefix, [piece_, opening_]),
+        atom_concat(Prefix, Word0, Name)
+    ->  Word = Word0
+    ;   Word = Name
     ).

@@ -16,21 +16,9 @@ views saw them.
 %!  origin(+About, -Origin) is det.
 %
 %   About is the name of a thing, piece, opening, face, edge, vertex or view, or the beginning of a
-%   fact: its functor with at least its keys, further arguments left out or unbound. Origin is one of
-%
-%     - thing(Name, Sizes, Faces, Edges): origins of its faces and loose edges;
-%     - piece(Name, Things, Sizes, Heights, Measured, Rounds, Faces): Measured is [yes] where some of
-%       it was seen; origins of the faces that are mostly its own;
-%     - opening(Name, Things, Sizes, Heights, Pieces, Faces): the pieces along its rim, and origins of
-%       the faces that it is in;
-%     - face(Name, Things, Evidence, Planes, PlaneSds, Corners): origins of its vertices in order;
-%     - edge(Name, Evidence, Lengths, Supports, Ends, Faces): origins of two vertices, and the faces
-%       that it bounds;
-%     - vertex(Name, Places, Covariances, Labels, Sightings);
-%     - view(Name, Files, Vertices): the vertices that it saw;
-%     - facts(Facts, Origins): the facts, and the origins of what they name.
-%
-%   What a scene may not have is a list of at most one term, with the arguments of its fact.
+%   fact: its functor with at least its keys, further arguments left out or unbound. Origin is a term
+%   with the fields of the record of that name in kb/explaining/origin.py, in their order. What a scene
+%   may not have is a list of at most one value.
 %
 %   @error existence_error(name, About) if the scene does not have it.
 
@@ -43,7 +31,8 @@ origin(About, Origin) :-
     ->  findall(Name, ( member(Fact, Facts), arg(_, Fact, Name), has_origin(Name) ), Names0),
         list_to_set(Names0, Names),
         findall(Origin1, ( member(Name, Names), named(Name, Origin1) ), Origins),
-        Origin = facts(Facts, Origins)
+        findall(Name-Args, ( member(Fact, Facts), Fact =.. [Name|Args] ), Written),
+        Origin = facts(Written, Origins)
     ;   existence_error(name, About)
     ).
 
@@ -65,21 +54,23 @@ has_origin(Name) :- atom(Name), fact(thing(Name)), !.
 has_origin(Name) :- atom(Name), fact(piece(Name)), !.
 has_origin(Name) :- atom(Name), fact(opening(Name)), !.
 
-named(Name, face(Name, Things, Evidence, Planes, Sds, Corners)) :-
+named(Name, face(Name, Things, Evidence, Planes, Corners)) :-
     fact(face(Name)),
     !,
     found(T, part_of(Name, T), Things),
     found(E, evidence(Name, E), Evidence),
-    found(plane(A, B, C, D), plane(Name, A, B, C, D), Planes),
-    found(sd(Tilt, Offset), plane_sd(Name, Tilt, Offset), Sds),
+    found(Tilt, plane_sd(Name, Tilt, _), Tilts),
+    found(Offset, plane_sd(Name, _, Offset), Offsets),
+    found(plane(at(A, B, C), D, Tilts, Offsets), plane(Name, A, B, C, D), Planes),
     findall(I-V, fact(corner(Name, I, V)), Numbered),
     keysort(Numbered, Ordered),
     findall(Corner, ( member(_-V, Ordered), vertex(V, Corner) ), Corners).
-named(Name, edge(Name, Evidence, Lengths, Supports, [From, To], Faces)) :-
+named(Name, edge(Name, Evidence, Lengths, Sds, Supports, [From, To], Faces)) :-
     fact(edge(Name, V1, V2)),
     !,
     found(E, evidence(Name, E), Evidence),
-    found(length(L, Sd), edge_length(Name, L, Sd), Lengths),
+    found(L, edge_length(Name, L, _), Lengths),
+    found(Sd, edge_length(Name, _, Sd), Sds),
     found(S, edge_support(Name, S), Supports),
     vertex(V1, From),
     vertex(V2, To),
@@ -93,29 +84,28 @@ named(Name, thing(Name, Sizes, Faces, Edges)) :-
     partition(is_face, Members, FaceNames, EdgeNames),
     maplist(named, FaceNames, Faces),
     maplist(named, EdgeNames, Edges).
-named(Name, piece(Name, Things, Sizes, Heights, Measured, Rounds, Faces)) :-
+named(Name, piece(Name, Things, size(L, W, H), Sd, Heights, Measured, Round, Faces)) :-
     fact(piece(Name)),
     !,
     found(T, piece_of(Name, T), Things),
-    found(size(L, W, H, Sd), piece_size(Name, L, W, H, Sd), Sizes),
+    fact(piece_size(Name, L, W, H, Sd)),
     found(from(Low, High, HeightSd), piece_heights(Name, Low, High, HeightSd), Heights),
-    found(yes, piece_measured(Name), Measured),
-    found(R, piece_round(Name, R), Rounds),
+    ( fact(piece_measured(Name)) -> Measured = true ; Measured = false ),
+    fact(piece_round(Name, Round)),
     found(F, piece_face(Name, F), FaceNames),
     maplist(named, FaceNames, Faces).
-named(Name, opening(Name, Things, Sizes, Heights, Pieces, Faces)) :-
+named(Name, opening(Name, Things, size(L, W), Sd, Heights, Pieces, Faces)) :-
     fact(opening(Name)),
     !,
     found(T, opening_of(Name, T), Things),
-    found(size(L, W, Sd), opening_size(Name, L, W, Sd), Sizes),
+    fact(opening_size(Name, L, W, Sd)),
     found(from(Low, High, HeightSd), opening_heights(Name, Low, High, HeightSd), Heights),
     found(P, frames(P, Name), Pieces),
     findall(F, ( fact(opening_in(Name, F)), is_face(F) ), FaceNames),
     maplist(named, FaceNames, Faces).
-named(Name, view(Name, Files, Vertices)) :-
-    fact(view(Name, _)),
+named(Name, view(Name, File, Vertices)) :-
+    fact(view(Name, File)),
     !,
-    found(File, view(Name, File), Files),
     found(V, observed(V, Name, _, _, _, _), Vertices).
 named(Name, Vertex) :-
     fact(vertex(Name)),
@@ -124,14 +114,21 @@ named(Name, Vertex) :-
 is_face(Name) :-
     fact(face(Name)).
 
-vertex(Name, vertex(Name, Places, Covariances, Labels, Sightings)) :-
+vertex(Name, vertex(Name, Places, Deviations, Labels, Sightings)) :-
     found(at(X, Y, Z), point(Name, X, Y, Z), Places),
-    found(cov(XX, XY, XZ, YY, YZ, ZZ), point_cov(Name, XX, XY, XZ, YY, YZ, ZZ), Covariances),
+    findall(at(SdX, SdY, SdZ),
+            ( fact(point_cov(Name, XX, _, _, YY, _, ZZ)),
+              maplist(deviation, [XX, YY, ZZ], [SdX, SdY, SdZ]) ),
+            Deviations),
     found(Label, vertex_label(Name, Label), Labels),
     findall(seen(View, File, U, W, SdU, SdW),
             ( fact(observed(Name, View, U, W, SdU, SdW)),
               ( fact(view(View, File0)) -> File = File0 ; File = View ) ),
             Sightings).
+
+%   Rounding may leave a variance just below 0.
+deviation(Variance, Sd) :-
+    Sd is sqrt(max(0.0, Variance)).
 
 found(Template, Fact, Found) :-
     findall(Template, fact(Fact), Found).

@@ -18,12 +18,12 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 %     - Whole is true where its surface is known from all sides, else false;
 %     - Ups is a list of at most one at(X, Y, Z), the unit vector upwards;
 %     - Points are the places at(X, Y, Z) of the vertices of its faces and loose edges;
-%     - Places are from(Name, Picture, X, Y, Z, Count) of viewpoints; Count is how many of those
-%       vertices the view saw, and `unknown` where a scanner stood;
+%     - Places are from(Name, Picture, at(X, Y, Z), Counts) of viewpoints; Counts is [Count], how many
+%       of those vertices the view saw, and [] where a scanner stood;
 %     - Normals are the outward normals at(X, Y, Z) of its measured faces;
 %     - Implied are implied(Face, Normal, Shown) of its other faces; Shown is a list of
 %       shows(View, Seen, Outside, Hidden), Hidden of By-Share;
-%     - Open are Share-at(X, Y, Z): so much of the unseen space round it would show from there;
+%     - Open are at(X, Y, Z)-Share: so much of the unseen space round it would show from there;
 %     - Assumed is the share of what it fills that is only taken to be full.
 
 sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed)) :-
@@ -32,14 +32,14 @@ sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open, Assumed))
     findall(V, vertex_of(Thing, V), Vs0),
     sort(Vs0, Vs),
     findall(at(X, Y, Z), ( member(V, Vs), fact(point(V, X, Y, Z)) ), Points),
-    findall(from(P, Picture, X, Y, Z, Count),
-            ( fact(viewpoint(P, X, Y, Z)), seen_from(P, Vs, Picture, Count) ),
+    findall(from(P, Picture, at(X, Y, Z), Counts),
+            ( fact(viewpoint(P, X, Y, Z)), seen_from(P, Vs, Picture, Counts) ),
             Places),
     findall(Normal, ( face_of(Thing, Face, measured), normal(Face, Normal) ), Normals),
     findall(implied(Face, Normal, Shown),
             ( face_of(Thing, Face, implied), normal(Face, Normal), shown(Face, Shown) ),
             Implied),
-    findall(Share-at(X, Y, Z), fact(unseen_towards(Thing, X, Y, Z, Share)), Open),
+    findall(at(X, Y, Z)-Share, fact(unseen_towards(Thing, X, Y, Z, Share)), Open),
     ( fact(assumed_full(Thing, Assumed)) -> true ; Assumed = 0 ).
 
 vertex_of(Thing, V) :-
@@ -49,12 +49,12 @@ vertex_of(Thing, V) :-
     ;   fact(edge(Part, _, V))
     ).
 
-seen_from(View, Vs, Picture, Count) :-
+seen_from(View, Vs, Picture, [Count]) :-
     fact(view(View, Picture)),
     !,
     findall(V, ( member(V, Vs), fact(observed(V, View, _, _, _, _)) ), Seen),
     length(Seen, Count).
-seen_from(Place, _, Place, unknown).
+seen_from(Place, _, Place, []).
 
 face_of(Thing, Face, Evidence) :-
     fact(part_of(Face, Thing)),

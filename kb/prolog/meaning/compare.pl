@@ -1,7 +1,6 @@
 :- module(facetlog_compare, [ comparison/3,         % ?Test, ?Measure, ?Bounds
                               compared/6,           % +Measure, +Bounds, +Module, +Test, +Want, -Said
-                              compared_in_detail/6, % +Measure, +Bounds, +Module, +Test, -Said, -Detail
-                              passes/5              % +Quantity, +Measure, +Bounds, +Module, +Test
+                              compared_in_detail/6  % +Measure, +Bounds, +Module, +Test, -Said, -Detail
                             ]).
 
 /** <module> Measured values against their limits
@@ -66,18 +65,6 @@ compared_as(Reading, Measure, Bounds, Module, Test, Want, Said) :-
         region(Bounds, Module, Reading, Quantity, Test, Region)
     ->  judged(Want, Region, Measure, Said)
     ;   plain(Want, unknown, Said)
-    ).
-
-%!  passes(+Quantity, +Measure, +Bounds, +Module, +Test) is semidet.
-%
-%   Test holds, where the Quantity of Measure is known already.
-
-passes(Quantity, Measure, Bounds, Module, Test) :-
-    (   hangs_on_space(Test, Measures),
-        any_open(Measures)
-    ->  compared(Measure, Bounds, Module, Test, state, said(holds, _))
-    ;   region(Bounds, Module, stated, Quantity, Test, Region),
-        judged(state, Region, Measure, said(holds, _))
     ).
 
                  /*******************************

@@ -1,6 +1,4 @@
 :- module(facetlog_scene, [ new_scene/1,      % +Scene
-                            add_fact/2,       % +Scene, +Fact
-                            add_facts/2,      % +Scene, +Stream
                             name_scene/3,     % +Base, +Name, +Scene
                             unname_scene/2,   % +Base, +Name
                             destroy_scene/1,  % +Scene
@@ -32,33 +30,6 @@ knowledge base gives its scenes names; one process may have several such bases.
 new_scene(Scene) :-
     set_module(Scene:class(temporary)),
     forall(fact_schema(Indicator, _), dynamic(Scene:Indicator)).
-
-%!  add_fact(+Scene, +Fact) is det.
-%
-%   @error domain_error(fact, Fact) if the schema has no such fact, or it is not flat and ground.
-
-add_fact(Scene, Fact) :-
-    (   callable(Fact),
-        functor(Fact, Name, Arity),
-        fact_schema(Name/Arity, _),
-        \+ ( arg(_, Fact, Arg), \+ atomic(Arg) )
-    ->  assertz(Scene:Fact)
-    ;   domain_error(fact, Fact)
-    ).
-
-%!  add_facts(+Scene, +Stream) is det.
-%
-%   Adds every term of Stream. This loop is half as slow again as the bare machine, and four times
-%   as fast as a consulted file.
-
-add_facts(Scene, Stream) :-
-    repeat,
-    read_term(Stream, Fact, []),
-    (   Fact == end_of_file
-    ->  !
-    ;   add_fact(Scene, Fact),
-        fail
-    ).
 
 %!  destroy_scene(+Scene) is det.
 %

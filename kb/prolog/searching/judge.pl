@@ -16,15 +16,13 @@ A model's candidate/3 proposes faces for its parts. The best assignment is found
     verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also, General)
 
 Parts is a list of Role-Face and, for sets beside the parts, group(Role, Faces); Sizes of
-size(Name, Measure, Value, Sd), Conditions of condition(Label, Reason, Place, Text, Proof), where
+size(Name, Value, Sd, Measure), Conditions of condition(Label, Reason, Proof, Place, Text), where
 Place and Text are what the author wrote where, or ''; Also counts the other assignments that hold;
 General lists the models of which this one is a special case.
 */
 
 :- use_module(library(apply)).
 :- use_module(library(lists)).
-:- reexport(facetlog_kb(prove), [evaluate/3]).
-:- reexport(facetlog_kb(compare), [comparison/3]).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(prove)).
 :- use_module(facetlog_kb(in_progress)).
@@ -165,13 +163,13 @@ proved(Module, Model, Thing, Parts, Also,
     general_models(Module, Model, General).
 
 prove_condition(Module, Model, (Label-Reason)-Test,
-                condition(Label, Reason, Place, Text, Proof), Proof) :-
+                condition(Label, Reason, Proof, Place, Text), Proof) :-
     written(Module, Model, Label, Place, Text),
     evaluate(Test, Module, Proof).
 
 sizes(Module, Model, Thing, Parts, Sizes) :-
     (   current_predicate(Module:size/5)
-    ->  findall(size(Name, Measure, V, Sd),
+    ->  findall(size(Name, V, Sd, Measure),
                 ( Module:size(Model, Thing, Parts, Name, Measure),
                   value(Measure, Module, quantity(V, Var, length)),
                   Sd is sqrt(Var) ),

@@ -15,11 +15,7 @@ again.
 :- use_module(facetlog_kb(small_terms)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(say)).
-:- use_module(facetlog_kb(compare)).
-:- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(recall)).
-:- use_module(facetlog(vocabulary)).
-:- use_module(facetlog(measures)).
 
 :- set_prolog_flag(optimise, true).
 
@@ -94,14 +90,11 @@ graph(Module, X, Y, Test, graph(Names, Later)) :-
     sort(Faces0, Faces),
     compound_name_arguments(Names, faces, Faces),
     findall(Face-Number, nth1(Number, Faces, Face), Numbered),
-    dict_pairs(Numbers, numbers, Numbered),
-    search(Test, Module, X, Y, Faces, Search),
     findall(A-B,
-            ( call(Search),
-              get_dict(X, Numbers, A),
-              get_dict(Y, Numbers, B) ),
-            Pairs0),
-    sort(Pairs0, Pairs),
+            ( append(_, [X-A|Others], Numbered),
+              member(Y-B, Others),
+              state(Test, Module, holds) ),
+            Pairs),
     length(Faces, Count),
     later(1, Count, Pairs, Sets),
     compound_name_arguments(Later, later, Sets).
@@ -120,81 +113,3 @@ bits([Number-Other|Pairs], Number, Bits0, Bits, Rest) :-
     Bits1 is Bits0 \/ (1 << Other),
     bits(Pairs, Number, Bits1, Bits, Rest).
 bits(Pairs, _, Bits, Bits, Pairs).
-
-                 /*******************************
-                 *         FINDING PAIRS        *
-                 *******************************/
-
-%   Search binds X and Y to things in order of which Test holds. What was not measured or not stated
-%   does not hold, so most tests need to be asked only of pairs of which the scene has a fact; others
-%   are tried on all pairs of faces.
-search(Test, Module, X, Y, Faces, facetlog_pairs:Search) :-
-    (   comparison(Test, Measure, Bounds),
-        measure_of_both(Measure, X, Y)
-    ->  Search = passing(Measure, Bounds, Module, Test, X, Y)
-    ;   stated(Test, Module, X, Y, Proposal)
-    ->  Search = ( Proposal, X @< Y, state(Test, Module, holds) )
-    ;   Search = ( two(Faces, X, Y), state(Test, Module, holds) )
-    ).
-
-%   The measure's fact is at hand: looking it up again would cost an index and twice the time.
-passing(Measure, Bounds, Module, Test, X, Y) :-
-    measured(Measure, Bounds, X, Y, Value, Sd, Kind),
-    variance(Sd, Var),
-    passes(quantity(Value, Var, Kind), Measure, Bounds, Module, Test).
-
-measured(Measure, Bounds, X, Y, Value, Sd, Kind) :-
-    measure(Measure, Value, Sd, Kind),
-    X @< Y,
-    inside(Bounds, Value).
-
-%   Value may be inside: what is cheap to see is seen first.
-inside(near(Target, Tolerance), Value) :-
-    number(Target), number(Tolerance),
-    !,
-    abs(Value - Target) =< Tolerance.
-inside(at_least(Limit), Value) :- number(Limit), !, Value >= Limit.
-inside(at_most(Limit), Value) :- number(Limit), !, Value =< Limit.
-inside(between(Low, High), Value) :-
-    number(Low), number(High),
-    !,
-    Value >= Low,
-    Value =< High.
-inside(_, _).
-
-%   Proposal binds X and Y, in either order, to all of which Test may hold.
-stated(Test, _, X, Y, measured(Measure, Bounds, X, Y, _, _, _)) :-
-    comparison(Test, Measure, Bounds),
-    !,
-    measure_of_both(Measure, X, Y).
-stated(all(Tests), Module, X, Y, Proposal) :-
-    !,
-    is_list(Tests),
-    member(Test, Tests),
-    stated(Test, Module, X, Y, Proposal),
-    !.
-stated(adjoins(A, B), _, X, Y, fact(adjoins(A, B, _))) :-
-    !,
-    of_both(adjoins(A, B), X, Y).
-stated(Relation, _, X, Y, fact(Relation)) :-
-    memberchk(Relation, [coplanar(_, _), opposite(_, _), convex(_, _), concave(_, _)]),
-    !,
-    of_both(Relation, X, Y).
-stated(Word, Module, X, Y, Proposal) :-
-    meaning(Word, Module, Meaning),
-    stated(Meaning, Module, X, Y, Proposal).
-
-measure_of_both(Measure, X, Y) :-
-    of_both(Measure, X, Y),
-    \+ \+ known_measure(Measure).
-
-of_both(Term, X, Y) :-
-    compound(Term),
-    compound_name_arguments(Term, _, [A, B]),
-    (   A == X, B == Y
-    ->  true
-    ;   A == Y, B == X
-    ).
-
-two([X|Faces], X, Y) :- member(Y, Faces).
-two([_|Faces], X, Y) :- two(Faces, X, Y).

@@ -55,8 +55,7 @@ def share_mb(workers: int, of_mb: float | None = None) -> int:
 def limit_memory(most_mb: int) -> None:
     """From now on this process gets no more than that.
 
-    So do those that it starts, unless they lift it, as the isolated process does, which has a limit
-    of its own (kb/engine/isolated_process.py).
+    So do those that it starts, unless they lift it.
     """
     most = most_mb * MEGABYTE
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)

@@ -31,8 +31,8 @@ HOLDS = "holds"
 
 TOOK_LONGER = "took longer than"
 """What the error says of a scene whose worker was ended."""
-# The same of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb), and of
-# a worker's memory (memory.py).
+# The same of the engine's own limit (kb/engine/engine_pool.py), and of a worker's memory
+# (memory.py).
 RUN_OUT = (TOOK_LONGER, "the time limit was reached", "needs more memory than")
 
 Row: TypeAlias = dict[str, Any]

@@ -50,11 +50,10 @@ def recognize(
 
     `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Of
     pictures on a printed mat `square` is the side of a square, as "17.6 ± 0.02 mm", if its bar was
-    off.
-    Cameras of pictures without poses and mat, which take minutes to find, are kept in the folder
-    `cameras`. Models that are not to be trusted are evaluated in a process of their own; `raw`
-    verdicts have no confidence. Raises InputError for a source, RuleSyntaxError for a model that
-    cannot be used, EngineError without SWI-Prolog.
+    off. Cameras of pictures without poses and mat, which take minutes to find, are kept in the
+    folder `cameras`. Models in Prolog need `trust`; `raw` verdicts have no confidence. Raises
+    InputError for a source, RuleSyntaxError for a model that cannot be used, EngineError without
+    SWI-Prolog.
     """
     from facetlog.kb.recognize import judged_scene
     from facetlog.perception.facts.known_length import KnownLength

@@ -59,9 +59,8 @@ class Reason:
 class Result(Closing):
     """A scene and what all models say of each thing in it.
 
-    Lengths are metres where `scene.metric` is true. The first reason opens a knowledge base, with a
-    process of its own where models are not to be trusted: it ends with the result, or with `close`
-    or a `with` statement.
+    Lengths are metres where `scene.metric` is true. The first reason opens a knowledge base: it
+    ends with the result, or with `close` or a `with` statement.
     """
 
     scene: "Scene"

@@ -28,9 +28,8 @@ Stamps: TypeAlias = dict[Path, Stamp | None]
 class Session(Closing):
     """The knowledge base, the files that it was loaded from, and which scenes are asked.
 
-    Models of users are evaluated in a process of its own, unless `trust` says that they are the
-    user's. With `raw` verdicts have no confidence. `options` state up, unit and sensor of all files
-    of scenes. A context manager.
+    Models in Prolog are loaded only with `trust`. With `raw` verdicts have no confidence. `options`
+    state up, unit and sensor of all files of scenes. A context manager.
     """
 
     def __init__(
@@ -65,7 +64,7 @@ class Session(Closing):
         return self._base
 
     def _new_base(self) -> KnowledgeBase:
-        base = KnowledgeBase(self.limits, isolated=bool(self._models) and not self.trust)
+        base = KnowledgeBase(self.limits)
         if self.raw:
             base.calibration = Calibration()
         return base
@@ -129,7 +128,7 @@ class Session(Closing):
         loaded: list[str] = []
         for path in rule_files(paths):
             stamp = stamp_of(path)
-            base = self._base_for_models()
+            base = self.base
             rules = base.load_rules(path, trusted=self.trust)
             loaded.extend(rules.models)
             self._models[path] = _stamps(rules) | {path: stamp}
@@ -139,22 +138,6 @@ class Session(Closing):
                     self._models[other.path] = _stamps(other)
             self.generation += 1
         return tuple(loaded)
-
-    def _base_for_models(self) -> KnowledgeBase:
-        """The knowledge base, moved into a process of its own if a stranger's models come."""
-        if self._base is None:
-            self._base = KnowledgeBase(self.limits, isolated=not self.trust)
-        elif not self.trust and not self._base.isolated:
-            isolated = KnowledgeBase(self.limits, isolated=True)
-            try:
-                for file in self._scenes.values():
-                    self._load(isolated, file)
-            except BaseException:
-                isolated.close()
-                raise
-            self._base.close()
-            self._base = isolated
-        return self._base
 
     def load(self, path: Path) -> str:
         """Loads a scene or models, whichever the path holds, and says what was loaded."""

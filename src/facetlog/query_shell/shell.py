@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from facetlog.errors import FacetlogError, InputError, QueryError
-from facetlog.kb.loading.words import Word
+from facetlog.kb.loading.loaded import Word
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.asking import (
     Outcome,

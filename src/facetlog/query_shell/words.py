@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 
-from facetlog.kb.loading.words import Word
+from facetlog.kb.loading.loaded import Word
 from facetlog.perception.facts.fact_schema import FACT_KINDS, FACT_SCHEMA, FactKind
 
 

@@ -2,8 +2,6 @@
 
 import math
 import struct
-from collections.abc import Iterator
-from fractions import Fraction
 from itertools import islice
 
 import numpy as np
@@ -12,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.engine.columns import Column, column_array, decode_chunk
+from facetlog.kb.engine.columns import decode_chunk
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
 
@@ -39,12 +37,6 @@ KINDS: st.SearchStrategy[st.SearchStrategy[Term]] = st.sampled_from(
 WIDEST = 6
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 @st.composite
 def tables(draw: st.DrawFn) -> tuple[tuple[Term, ...], ...]:
     """Rows of equal width; each column has values of one kind, or of several."""
@@ -60,7 +52,7 @@ def echoed(base: KnowledgeBase, rows: tuple[tuple[Term, ...], ...]) -> list[tupl
 
 
 def exact(term: Term) -> object:
-    """What tells 0.0 from -0.0, and 1 from 1.0."""
+    """Key that tells 0.0 from -0.0, and 1 from 1.0."""
     match term:
         case float():
             return struct.pack("<d", term)
@@ -139,15 +131,6 @@ def test_chunks_of_different_kinds_make_one_array(base: KnowledgeBase) -> None:
     assert array[[0, -1]].tolist() == [0.5, 1000.0]
 
 
-def test_no_answers_make_empty_arrays(base: KnowledgeBase) -> None:
-    arrays = base.query("member(X-Y, [])").arrays()
-    assert {name: a.shape for name, a in arrays.items()} == {"X": (0,), "Y": (0,)}
-
-
-def test_answers_without_variables_are_counted(base: KnowledgeBase) -> None:
-    assert list(base.query("member(_, [a, b, c])")) == [(), (), ()]
-
-
 def test_the_first_answer_does_not_wait_for_the_last(base: KnowledgeBase) -> None:
     answers = base.query("between(1, inf, X)")
     assert [x for (x,) in islice(answers, 5000)] == list(range(1, 5001))
@@ -158,13 +141,6 @@ def test_what_was_read_as_tuples_and_the_rest_as_arrays(base: KnowledgeBase) -> 
     answers = base.query("between(1, 5000, X)")
     assert [x for (x,) in islice(answers, 3)] == [1, 2, 3]
     assert answers.arrays()["X"].tolist() == list(range(4, 5001))
-
-
-def test_decoded_terms_make_an_array_too() -> None:
-    assert column_array([Column.of_terms([Atom("a"), Fraction(1, 3)])]).tolist() == [
-        Atom("a"),
-        Fraction(1, 3),
-    ]
 
 
 @pytest.mark.parametrize("pieces", [[b"2 nn", b"1,2"], [b"1 n", "1", "2"], [b"1 ff", b""]])

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError
-from facetlog.kb.engine.engine import CrashError, Engine
-from facetlog.kb.engine.engine_pool import MOST_OPEN, engine_pool
+from facetlog.kb.engine.engine_pool import MOST_OPEN
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
@@ -49,14 +48,6 @@ def test_a_question_may_be_asked_in_the_loop_of_another(base: KnowledgeBase) -> 
     ]
     # What is given is no answer, so the rows have one value.
     assert found == [(1, 1), (2, 1), (2, 2), (3, 1), (3, 2), (3, 3)]
-
-
-def test_questions_may_be_read_by_turns(base: KnowledgeBase) -> None:
-    first, second = base.query("between(1, inf, X)"), base.query("between(10, inf, X)")
-    rows = [next(answers) for _ in range(3000) for answers in (first, second)]
-    assert rows[-2:] == [(3000,), (3009,)]
-    first.close()
-    assert next(second) == (3010,)
 
 
 def test_answers_that_nobody_reads_on_are_let_go(base: KnowledgeBase) -> None:
@@ -304,55 +295,6 @@ def test_prolog_starts_and_reads_its_files_whatever_its_surroundings(
     assert run.returncode == 0, run.stderr
     assert run.stdout == f"{len(BUILTIN_MODELS)} [(Atom(name='\\xe4'),)]\n"
     assert "Illegal multibyte" not in run.stderr
-
-
-def test_an_interrupt_that_comes_late_fails_no_clean_up(
-    base: KnowledgeBase, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    path = tmp_path / "m.model"
-    path.write_text("model m\n  face a where a is measured\n\n  big: share(a) at least 1 %\n")
-    rules = base.load_rules(path)
-    forgetting = {"unname_models", "drop_rules", "unname_scene", "destroy_scene", "forget_base"}
-    request = Engine.request
-
-    def crashing(engine: Engine, number: int, operation: str, text: str) -> Iterator[object]:
-        if operation in forgetting:
-            raise CrashError
-        yield from request(engine, number, operation, text)
-
-    monkeypatch.setattr(Engine, "request", crashing)
-    base.load_scene("other", [])
-    base.drop_scene("other")
-    base.load_rules(path)
-    base.unload_rules(rules)
-    base.close()
-
-
-def test_the_process_has_one_pool() -> None:
-    pools: list[object] = []
-    threads = [threading.Thread(target=lambda: pools.append(engine_pool())) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(set(map(id, pools))) == 1
-
-
-@pytest.mark.parametrize("seconds", [0.02, 0.1, 0.2])
-@pytest.mark.slow
-def test_an_interrupted_start_may_be_tried_again(seconds: float) -> None:
-    run = python(
-        "import os, signal, threading\n"
-        "from facetlog.kb.knowledge_base import KnowledgeBase\n"
-        f"threading.Timer({seconds}, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-        "try:\n"
-        "    KnowledgeBase()\n"
-        "    threading.Event().wait(1.0)\n"
-        "except KeyboardInterrupt:\n"
-        "    pass\n"
-        "print(list(KnowledgeBase().query('X = 1')))\n"
-    )
-    assert (run.returncode, run.stdout, run.stderr) == (0, "[(1,)]\n", "")
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.1, 0.2])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.kb.explaining.amounts import amount, deviation, measured, suiting
+from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.proof import Comparison, State, Within
 
 SIZES = st.floats(min_value=1e-4, max_value=1e3)
@@ -47,31 +47,6 @@ def test_sizes_of_things_have_no_exponent_and_keep_their_value(value: float, sd:
     assert float(number) * unit.size == pytest.approx(value, rel=6e-4, abs=sd)
     if spread:
         assert float(spread) * unit.size == pytest.approx(sd, rel=0.06)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.00002, "0.00002"), (1e-7, "1e-07"), (-0.000031, "-0.000031"), (0.0, "0"), (999.96, "1000")],
-)
-def test_small_amounts(value: float, text: str) -> None:
-    assert amount(value) == text
-
-
-@pytest.mark.parametrize(
-    ("value", "sd", "number", "spread"),
-    [
-        (89.95, 0.022, "89.95", "0.022"),
-        (0.0, 0.039, "0", "0.039"),
-        (1.0, 1.4e-10, "1", ""),
-        (0.0001, 4e-5, "0.00010", "0.00004"),
-        (70.0, 2.0, "70", "2"),
-        (1234.0, 23.4, "1234", "23"),
-        (5.0, math.inf, "5", "inf"),
-        (-0.001, 0.1, "0", "0.1"),
-    ],
-)
-def test_value_and_deviation(value: float, sd: float, number: str, spread: str) -> None:
-    assert (measured(value, sd), deviation(value, sd)) == (number, spread)
 
 
 def test_one_unit_for_value_limits_and_what_is_missing() -> None:

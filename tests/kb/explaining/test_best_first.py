@@ -47,12 +47,6 @@ def test_what_is_special_comes_before_what_it_is() -> None:
     assert [v.model for v in best_first((box, shelf, bookcase))] == ["bookcase", "shelf", "box"]
 
 
-def test_a_special_case_of_what_does_not_hold_stands_by_itself() -> None:
-    shelf = _Verdict("shelf", HOLDS, 0.9, thing="t2")
-    bookcase = _Verdict("bookcase", HOLDS, 0.7, specialises=("shelf",))
-    assert [v.model for v in best_first((bookcase, shelf))] == ["shelf", "bookcase"]
-
-
 @pytest.mark.parametrize(
     ("degree", "names"), [(0.9, ["cabinet", "box", "shelf"]), (0.5, ["box", "shelf", "cabinet"])]
 )
@@ -63,19 +57,6 @@ def test_a_name_goes_before_another_where_it_is_more_probable_than_not(
     cabinet = _Verdict("cabinet", HOLDS, degree, rather_than=("box",))
     shelf = _Verdict("shelf", HOLDS, 1.0)
     assert [v.model for v in best_first((box, shelf, cabinet))] == names
-
-
-def test_a_name_goes_before_no_other_things_name() -> None:
-    box = _Verdict("box", HOLDS, 1.0, thing="t2")
-    cabinet = _Verdict("cabinet", HOLDS, 0.9, rather_than=("box",))
-    assert [v.model for v in best_first((cabinet, box))] == ["box", "cabinet"]
-
-
-def test_a_special_case_goes_before_what_its_general_model_goes_before() -> None:
-    box = _Verdict("box", HOLDS, 1.0)
-    cabinet = _Verdict("cabinet", HOLDS, 0.9, rather_than=("box",))
-    wardrobe = _Verdict("wardrobe", HOLDS, 0.9, ("cabinet",))
-    assert [v.model for v in best_first((box, cabinet, wardrobe))] == ["wardrobe", "cabinet", "box"]
 
 
 def test_users_own_models_come_before_built_in_ones_of_the_same_thing() -> None:

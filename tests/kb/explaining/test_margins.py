@@ -63,21 +63,6 @@ def test_what_an_error_of_measurement_may_turn_is_nearest() -> None:
     assert found.text() == "fails if width(f1) were 10 cm less (2.0 sd)"
 
 
-def test_beyond_errors_of_measurement_the_smallest_part_of_a_value_is_nearest() -> None:
-    exact = _compared("share(f1)", 0.81, Within("at_least", (0.8,)), kind="ratio", sd=0.0)
-    sharp = _compared("width(f1)", 5.0, Within("at_least", (4.9,)), sd=0.001)
-    blurred = _compared("length(f1)", 5.0, Within("at_least", (1.0,)), sd=1.0)
-    leaning = _compared("tilt(f1)", 1.0, Within("at_most", (2.0,)), kind="deg", sd=0.0)
-    found = margin(_verdict(exact, sharp, blurred))
-    assert found is not None
-    assert found.measure == "share(f1)"
-    assert found.sds is None
-    assert found.text() == "fails if share(f1) were 1 % less"
-    found = margin(_verdict(blurred, sharp, leaning))
-    assert found is not None
-    assert found.measure == "tilt(f1)"  # a ninetieth of a right angle, though twice what it is
-
-
 @pytest.mark.parametrize(
     ("value", "within", "change"),
     [
@@ -103,25 +88,6 @@ def test_a_value_that_several_lines_read_has_to_satisfy_all_of_them() -> None:
     assert found is not None
     assert found.change == pytest.approx(0.2)
     assert found.becomes is HOLDS
-
-
-def test_two_failing_values_cannot_be_mended_by_one() -> None:
-    failing = (_compared(f"width(f{i})", 0.5, Within("at_least", (0.7,))) for i in (1, 2))
-    assert margin(_verdict(*failing)) is None
-
-
-def test_what_fails_besides_something_open_becomes_open() -> None:
-    failing = _compared("width(f1)", 0.5, Within("at_least", (0.7,)))
-    found = margin(_verdict(failing, _fact(UNKNOWN)))
-    assert found is not None
-    assert found.becomes is UNKNOWN
-
-
-def test_what_is_open_fails_if_another_line_does() -> None:
-    holding = _compared("width(f1)", 0.5, Within("at_least", (0.4,)))
-    found = margin(_verdict(holding, _fact(UNKNOWN)))
-    assert found is not None
-    assert found.becomes is FAILS
 
 
 def test_what_is_too_uncertain_is_not_made_certain() -> None:
@@ -221,24 +187,3 @@ def test_proofs_are_joined_again_as_they_were_made(name: str) -> None:
             for found in turned(verdict):
                 assert found.becomes is not verdict.state
     assert compared > 10
-
-
-def test_too_few_that_were_seen_may_be_more(tmp_path: Path) -> None:
-    (tmp_path / "many.pl").write_text(
-        ":- module(many, []).\n:- use_module(facetlog(vocabulary)).\n"
-        'model(many, "A thing of many faces.", [one]).\n'
-        "candidate(many, Thing, [One]) :- face_of(Thing, One).\n"
-        'condition(many, many, "it has nine", Thing, _, at_least(count(Faces), 9)) :-\n'
-        "    findall(F, face_of(Thing, F), Faces).\n"
-    )
-    with KnowledgeBase() as base:
-        base.load_rules(tmp_path / "many.pl", trusted=True)
-        verdict = _judged(base, cuboid(0.3, 0.2, 0.1), "many")
-    (condition,) = verdict.conditions
-    (count,) = condition.proof.comparisons()
-    assert condition.proof.state is UNKNOWN
-    assert state_with(condition.proof, count.measure, 3.0) is UNKNOWN
-    assert state_with(condition.proof, count.measure, 9.0) is HOLDS
-    found = margin(verdict)
-    assert found is not None
-    assert (found.change, found.becomes) == (9 - count.value, HOLDS)

@@ -11,13 +11,15 @@ from facetlog.kb.explaining.origin import (
     FactOrigin,
     OpeningOrigin,
     PieceOrigin,
-    ThingOrigin,
     VertexOrigin,
 )
 from facetlog.kb.loading.encode import Fact
 from tests.kb.asked import asked
 
 Build = Callable[..., tuple[Fact, ...]]
+
+
+OWN = {"point_cov", "plane", "plane_sd"}  # stated by the tests
 
 
 @pytest.fixture
@@ -27,7 +29,7 @@ def facts(facts_of: Build) -> list[Fact]:
     for v in (4, 5, 6, 7):
         seen += [("observed", f"v{v}", f"view{k}", 100.0 + v, 50.25, 0.5, 0.4) for k in range(22)]
     return [
-        *facts_of("box", seen=(1, 2, 3)),
+        *(fact for fact in facts_of("box", seen=(1, 2, 3)) if fact[0] not in OWN),
         *seen,
         ("point_cov", "v5", 1e-6, 0.0, 0.0, 4e-6, 0.0, 9e-6),
         ("vertex_label", "v5", "front_right_top"),
@@ -72,24 +74,9 @@ def test_a_fact_comes_from_the_faces_that_it_names(facts: list[Fact]) -> None:
     assert [face.name for face in fact.of if isinstance(face, FaceOrigin)] == ["f1", "f2"]
 
 
-@pytest.mark.parametrize("name", ["f1", "e0", "v5", "t1", "view3"])
-def test_every_sort_of_name_has_text_and_plain_data(facts: list[Fact], name: str) -> None:
-    with asked(facts) as ask:
-        origin = ask.origin(name)
-    assert next(iter(origin.lines())).startswith(name)
-    assert name in json.dumps(origin.to_json())
-
-
-def test_a_thing_comes_from_its_faces(facts: list[Fact]) -> None:
-    with asked(facts) as ask:
-        thing = ask.origin("t1")
-    assert isinstance(thing, ThingOrigin)
-    assert [face.name for face in thing.faces] == ["f1", "f2", "f3"]
-
-
 @pytest.fixture
 def with_pieces(facts: list[Fact]) -> list[Fact]:
-    """The same with a piece that has two of the faces as its own, and an opening in one of them."""
+    """The facts with a piece that owns two of the faces, and an opening in one of them."""
     return [
         *facts,
         ("piece", "p1"),
@@ -120,19 +107,6 @@ def test_a_piece_comes_from_the_faces_of_its_own(with_pieces: list[Fact]) -> Non
     assert (kind, measured, thing) == ("p1: a piece", "measured", "part of t1")
     assert (size, heights) == ("(40.0 × 30.0 × 2.0) ± 0.1 cm", "(10.0 to 12.0) ± 0.1 cm up")
     assert json.loads(json.dumps(piece.to_json()))["kind"] == "piece"
-
-
-def test_a_piece_without_a_face_of_its_own_has_an_origin(facts: list[Fact]) -> None:
-    round_leg: list[Fact] = [
-        ("piece", "p2"),
-        ("piece_of", "p2", "t1"),
-        ("piece_size", "p2", 0.4, 0.04, 0.04, 0.001),
-        ("piece_round", "p2", 1.0),
-    ]
-    with asked([*facts, *round_leg]) as ask:
-        (line,) = ask.origin("p2").lines(length_unit="m")
-    assert "implied" in line
-    assert line.endswith("100% of its surface curved")
 
 
 def test_an_opening_comes_from_what_is_round_it(with_pieces: list[Fact]) -> None:

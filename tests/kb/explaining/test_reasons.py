@@ -117,48 +117,6 @@ def test_what_is_asked_is_the_reason(proof: Proof, expected: Proof) -> None:
     assert (found.step, found.more) == (expected, 0)
 
 
-def test_what_is_expected_and_not_so_says_so() -> None:
-    text = said(step("expect", HOLDS, compared("fill(f1)", 0.1)))
-    assert text is not None
-    assert text.endswith("40 % short, 40 sd, not required")
-
-
-def test_what_should_not_be() -> None:
-    assert said(no(fact("level(f1)"))) == "level(f1) is true, which should not be"
-    little = no(compared("fill(f1)", 0.1))
-    assert said(little) == "fill(f1) = 10 ± 1 %, not at least 50 %"
-    less = compared("fill(f2)", 0.4)
-    found = reason(no(step("any", FAILS, little.children[0], less)))
-    assert found is not None
-    assert (found.step, found.more) == (less, 1)
-
-
-def test_all_that_together_should_not_be_is_counted_and_one_that_is_not_is_enough() -> None:
-    found = reason(no(step("all", HOLDS, NEAR, FAR)))
-    assert found is not None
-    assert (found.step, found.more, found.holds) == (NEAR, 1, False)
-    assert found.texts(None)[-1] == "share(f1) = 60 %, which should not be"
-    two = step("any", FAILS, compared("share(f1)", 0.1), compared("share(f2)", 0.1))
-    one = compared("fill(f1)", 0.1)
-    found = reason(no(step("all", FAILS, two, one)))
-    assert found is not None
-    assert (found.step, found.more) == (one, 0)
-
-
-def test_what_fails_always_has_a_reason() -> None:
-    void = no(step("all", HOLDS))
-    found = reason(void)
-    assert found is not None
-    assert (found.step, found.more) == (void, 0)
-
-
-def test_one_value_against_two_regions_is_two_steps() -> None:
-    narrow = Comparison("share(f1)", 0.6, 0.01, "ratio", Within("at_most", (0.61,)))
-    found = reason(step("all", HOLDS, NEAR, Proof(HOLDS, 0, 1, "", narrow)))
-    assert found is not None
-    assert (found.step.detail, found.more) == (narrow, 1)
-
-
 def test_of_alternatives_that_fail_the_one_that_lacks_least_is_said() -> None:
     two = step("all", FAILS, compared("share(f1)", 0.1), compared("share(f2)", 0.1))
     one = step("all", FAILS, FAR, compared("fill(f1)", 0.3))
@@ -176,17 +134,6 @@ def test_what_is_open_is_told_by_what_is_not_known() -> None:
     found = reason(step("implies", UNKNOWN, open_one, compared("fill(f1)", 0.1)))
     assert found is not None
     assert found.step == open_one
-
-
-def test_the_shortest_text_has_neither_region_nor_deviation_nor_count() -> None:
-    found = reason(step("all", HOLDS, NEAR, FAR))
-    assert found is not None
-    assert found.texts(None) == (
-        "share(f1) = 60 ± 1 %, at least 50 % (+ 1 more)",
-        "share(f1) = 60 ± 1 % (+ 1 more)",
-        "share(f1) = 60 % (+ 1 more)",
-        "share(f1) = 60 %",
-    )
 
 
 def test_as_data_it_keeps_its_numbers() -> None:

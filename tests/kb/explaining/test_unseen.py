@@ -3,14 +3,13 @@
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from facetlog.grammar.library import BUILTIN
 from facetlog.kb.explaining.proof import State
-from facetlog.kb.explaining.sight import ImpliedFace, Look, Place, Point, Sight
+from facetlog.kb.explaining.sight import ImpliedFace, Place, Point, Sight
 from facetlog.kb.explaining.unseen import Unseen, unseen
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
@@ -69,11 +68,6 @@ def test_the_way_there_is_told_from_the_nearest_view_in_metres() -> None:
     )
 
 
-def test_without_a_scale_the_way_is_told_by_the_distance_to_the_thing() -> None:
-    first, *_ = told(sight(camera(1, 0), camera(2, 45), camera(3, 90)), unit=None)
-    assert "0.7 of the distance to the left and 1.7 of the distance further on" in first.look
-
-
 def test_what_is_looked_at_from_all_round_and_above_asks_for_nothing() -> None:
     ring = [camera(i, 60 * i, high=50) for i in range(6)]
     assert told(sight(*ring)) == []
@@ -84,43 +78,6 @@ def test_low_views_miss_what_faces_up_unless_such_a_face_was_found() -> None:
     (above,) = told(sight(*ring))
     assert above.why == "from above, t1 is seen only at a grazing angle of 10°"
     assert told(sight(*ring, normals=(UP,))) == []
-
-
-def test_a_side_of_which_a_face_was_found_is_not_missed() -> None:
-    assert all("behind" not in u.why for u in told(sight(*FRONT, normals=((-1.0, 0.0, 0.0),))))
-
-
-def test_views_that_are_too_few_or_show_nothing_of_the_thing_are_named() -> None:
-    texts = [u.why for u in told(sight(camera(1, 0), camera(2, 20), camera(3, 40, count=0)))]
-    assert "too few views: view1 and view2 alone show something of t1" in texts
-    assert "outside the pictures: nothing of t1 was found in view3" in texts
-
-
-@pytest.mark.parametrize(
-    ("look", "why"),
-    [
-        (None, "every view is behind it, or looks along it"),
-        (Look("view2", 0.1, 0.0, (("f4", 0.7),)), "f4 hides 70% of it from view2"),
-        (
-            Look("view2", 0.1, 0.8, ()),
-            "view2, which is before it, has 80% of it outside the picture",
-        ),
-        (Look("view2", 0.2, 0.0, ()), "views do not agree on it; view2 shows most, 20%"),
-    ],
-)
-def test_a_face_known_from_its_neighbours_is_told_why_it_was_not_measured(
-    look: Look | None, why: str
-) -> None:
-    face = ImpliedFace("f6", (0.0, 0.0, 1.0), () if look is None else (look,))
-    assert told(sight(*FRONT, implied=(face,)))[-1].why == f"f6 was not measured: {why}"
-
-
-def test_without_cameras_the_sides_that_no_face_faces_are_told_by_axes() -> None:
-    (side, above) = told(sight(normals=((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))))
-    assert side.look == "look at it from the side towards +x"
-    assert above.look == "look at it from the side towards +z"
-    (without_up,) = told(sight(normals=((-1.0, 0.0, 0.0),), up=None))
-    assert without_up.look == "look at it from the side towards +x"
 
 
 ROUND = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), UP)
@@ -140,13 +97,6 @@ def test_a_side_that_is_named_for_another_reason_is_not_named_again() -> None:
     assert not any("space" in found.why for found in rest)
 
 
-def test_from_cameras_the_way_to_where_unseen_space_shows_is_described() -> None:
-    found = told(replace(sight(*FRONT, normals=ROUND), opening=OPENING))[0]
-    assert found.place == pytest.approx((-2, 0, 0), abs=1e-9)
-    assert found.look.startswith("look at it from a place")
-    assert found.look.endswith(": 75 % of it would show from there")
-
-
 def test_where_a_view_looks_into_unseen_space_a_pattern_behind_it_is_missing() -> None:
     seen = replace(sight(*FRONT, normals=ROUND), opening=(((1.0, 0.0, 0.0), 0.5),))
     found = told(seen)[0]
@@ -164,13 +114,6 @@ def test_of_what_is_known_from_all_sides_nothing_is_missed() -> None:
     assert told(sight(*FRONT, whole=True)) == []
 
 
-def test_where_there_is_nothing_the_number_of_views_says_why() -> None:
-    two = Sight(False, UP, (), (camera(1, 0, count=0), camera(2, 9, count=0)), (), ())
-    assert unseen(two, "", "m") == (
-        Unseen("there are but 2 views: a face is found where at least 3 agree on it"),
-    )
-
-
 @pytest.mark.parametrize(
     ("example", "model"),
     [
@@ -186,17 +129,6 @@ def test_of_an_example_that_is_open_it_is_said_from_where_to_look(example: str, 
         (miss,) = ask.why_not(model, count=1)
     assert miss.state is not State.HOLDS
     assert any(found.look for found in miss.unseen)
-
-
-def test_what_is_divided_by_nothing_is_not_looked_for(tmp_path: Path) -> None:
-    text = 'model ratio\n  "Nothing."\n\n  face a\n  tilt(a) / (tilt(a) - tilt(a)) at least 1\n'
-    path = tmp_path / "ratio.model"
-    path.write_text(text)
-    scene = read_scene(BUILTIN / "scenes" / "block_one_side.json")
-    with asked([fact.row for fact in scene_facts(scene)], path) as ask:
-        (miss,) = ask.why_not("ratio", count=1)
-    assert not miss.is_unseen
-    assert miss.unseen == ()
 
 
 def test_who_asks_why_not_is_told_which_part_and_from_where(facts_of) -> None:  # type: ignore[no-untyped-def]
@@ -232,14 +164,3 @@ def test_the_whole_proof_says_how_much_of_a_thing_is_only_taken_to_be_full() -> 
     assert (of_whole, none) == ([], None)
     assert 0.5 < share < 1.0
     assert of_scan.startswith(f"  space: {share:.0%} of what t1 fills was not seen;")
-
-
-def test_where_it_goes_all_round_who_looks_it_is_to_be_looked_at_from_outside() -> None:
-    shut = (((1.0, 0.0, 0.0), 0.001),)
-    within = Place("scan1", "", (0.2, 0.1, 0.3), None)
-    found = told(replace(sight(within, normals=ROUND), opening=shut))[-1]
-    assert found.why == "t1 goes all round a place that it was seen from"
-    assert found.look.startswith("look at it from outside")
-    (other,) = told(replace(sight(normals=ROUND), opening=shut))
-    assert other.why == "the unseen space in t1 shows from nowhere outside"
-    assert not other.look

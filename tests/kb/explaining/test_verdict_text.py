@@ -1,10 +1,8 @@
 """A verdict in lines: one reason for each condition, no line too long, all of it in the trace."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
-from random import Random
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -26,18 +24,10 @@ SOLIDS = ("cuboid", "table", "chair", "stool", "shelf", "cabinet", "stairs", "ro
 
 @cache
 def judged(name: str) -> tuple[Verdict, ...]:
-    """What all built-in models say of a solid."""
+    """Verdicts of all built-in models on a solid."""
     facts = [fact.row for fact in scene_facts(build(name, {}))]
     with asked(facts) as ask:
         return tuple(ask.judge(model) for model in BUILTIN_MODELS)
-
-
-@cache
-def missed(name: str) -> tuple[Verdict, ...]:
-    """What comes near being a thing of another kind."""
-    facts = [fact.row for fact in scene_facts(build(name, {}))]
-    with asked(facts) as ask:
-        return tuple(v for model in ("box", "table") for v in ask.why_not(model, count=3))
 
 
 def steps(proof: Proof) -> Iterable[Proof]:
@@ -81,49 +71,6 @@ def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
             assert not re.search(r"\de[-+]\d", line)
 
 
-@settings(max_examples=15)
-@given(
-    name=st.sampled_from(["box", "wedge", "step", "table", "chair", "pyramid", "room"]),
-    up=st.sampled_from([(0.0, 0.0, 1.0), None]),
-    metric=st.booleans(),
-    seed=st.integers(0, 1000),
-)
-@pytest.mark.slow
-def test_nor_of_things_of_which_a_part_was_seen(
-    facts_of: Callable[..., Any],
-    solid: Callable[[str], Any],
-    name: str,
-    up: tuple[float, float, float] | None,
-    metric: bool,
-    seed: int,
-) -> None:
-    random = Random(seed)
-    faces = range(len(solid(name).faces))
-    seen = tuple(sorted(random.sample(faces, random.randint(1, min(8, len(faces))))))
-    with asked(facts_of(name, seen=seen, up=up, metric=metric)) as ask:
-        for model in BUILTIN_MODELS:
-            verdict = ask.judge(model)
-            for line in (*verdict.lines(), *verdict.miss_lines()):
-                assert len(line) <= WIDTH
-                assert not re.search(r"\de[-+]\d", line)
-            for condition in verdict.conditions:
-                found = reason(condition.proof)
-                assert found is None or found.step in steps(condition.proof)
-                assert found is not None or condition.proof.state is HOLDS
-
-
-@pytest.mark.parametrize("name", ["cuboid", "stool", "stairs"])
-def test_near_misses_are_told_in_short_lines(name: str) -> None:
-    assert missed(name)
-    for verdict in missed(name):
-        head, *lines = verdict.miss_lines()
-        assert head.startswith(f"{verdict.thing} ")
-        assert max(map(len, (head, *lines))) <= WIDTH
-        marks = [line.strip()[0] for line in lines if not line.startswith("   ")]
-        fails, open_ones = (len(verdict.conditions_that(s)) for s in (FAILS, UNKNOWN))
-        assert marks == ["-"] * fails + ["?"] * open_ones + ["+"] * (len(marks) > fails + open_ones)
-
-
 # ---- lines by hand
 
 
@@ -139,43 +86,6 @@ def verdict_of(*conditions: Condition, parts: tuple[Part, ...] = ()) -> Verdict:
     state = next(s for s in (FAILS, UNKNOWN, HOLDS) if s in states)
     sizes = (Size("length", 0.254, 7e-5), Size("width", 1.5, 0.02, "elevation(f1)"))
     return Verdict("slab", "t1", state, 1, 1, parts, sizes, conditions, length_unit="m")
-
-
-def lines_of(said: str, *, low: float = 1.0) -> list[str]:
-    proof = Proof(HOLDS, low, 1, "", compared("share(f1)", 0.9, 0.5).detail)
-    condition = Condition("wide", said, proof, "slab.model:9", "share(a) at least 50 %")
-    return list(verdict_of(condition).lines())[2:]
-
-
-def test_a_reason_that_has_no_room_beside_what_is_asked_has_a_line_of_its_own() -> None:
-    whole, place = "share(f1) = 90 ± 1 %, at least 50 %", " [slab.model:9]"
-    room = WIDTH - len(f"  + wide:  – {whole}{place}")
-    assert lines_of("x" * room) == [f"  + wide: {'x' * room} – {whole}{place}"]
-    said = "x" * (room + len(place))
-    assert lines_of(said) == [f"  + wide: {said} – {whole}"]
-    said += "x"
-    assert lines_of(said) == [f"  + wide: {said}{place}", f"      {whole}"]
-    assert lines_of("x" * WIDTH) == ["  + wide", f"      {whole}"]
-
-
-@pytest.mark.parametrize(("low", "shown"), [(0.994, " (99%)"), (0.995, ""), (0.25, " (25%)")])
-def test_a_degree_is_said_where_it_is_not_certain(low: float, shown: str) -> None:
-    assert lines_of("it is wide", low=low)[0].startswith(f"  + wide: it is wide{shown} – share(f1)")
-
-
-def test_sizes_have_each_their_unit() -> None:
-    condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
-    lines = list(verdict_of(condition).lines())
-    assert "  sizes: length 254.0 ± 0.07 mm, width 1.50 ± 0.02 m (of f1's middle)" in lines
-    assert lines[-1] == "  + wide – share(f1) = 90 ± 1 %, at least 50 %"
-
-
-def test_conditions_that_are_not_asked_are_counted() -> None:
-    void = Condition("void", "", Proof(HOLDS, 1, 1, "", Note("all")))
-    real = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
-    assert list(verdict_of(real, void).lines())[-1] == "  + 1 more condition holds"
-    assert list(verdict_of(real, void, void).lines())[-1] == "  + 2 more conditions hold"
-    assert list(verdict_of(void).lines())[-1] == "  + 1 condition holds"
 
 
 def test_what_the_least_change_would_turn_is_told_first() -> None:
@@ -210,16 +120,6 @@ def test_what_leaves_several_conditions_open_is_said_once() -> None:
     ]
 
 
-def test_a_share_says_what_it_is_a_share_of() -> None:
-    def first(measure: str) -> str:
-        wide = Condition("wide", "", compared(measure, 0.9, 0.5))
-        return next(line for line in verdict_of(wide).lines() if "wide" in line)
-
-    assert "width(f1) = 90 ± 1 % of length(f1), at least 50 %" in first("width(f1)/length(f1)")
-    assert "angle(f1, f2) = 90 ± 1 % of 90, at least 50 %" in first("angle(f1, f2)/90")
-    assert "height of f1's middle = 90 ± 1 % of width(f2)" in first("elevation(f1)/width(f2)")
-
-
 def test_of_values_that_differ_by_rounding_the_first_is_the_reason() -> None:
     def said(*values: float) -> str:
         steps = tuple(compared(f"share(f{n})", v, 0.8) for n, v in enumerate(values, start=1))
@@ -232,24 +132,6 @@ def test_of_values_that_differ_by_rounding_the_first_is_the_reason() -> None:
     assert "share(f2)" in said(0.9, 0.85, 0.9)
 
 
-def test_what_is_expected_and_not_so_has_a_mark_of_its_own() -> None:
-    inside = compared("height(f1)", 0.2, 0.5)
-    lapsed = Proof(HOLDS, 0.5, 1, "", Note("expect"), (inside,))
-    (line, reason_line) = list(verdict_of(Condition("usual", "it is high", lapsed, "")).lines())[2:]
-    assert line.startswith("  ~ usual: it is high (50%)")
-    assert reason_line.endswith(", not required")
-
-
-def test_what_holds_as_it_does_not_apply_is_counted_in_a_miss() -> None:
-    failing = Condition("wide", "it is wide", compared("share(f1)", 0.3, 0.5), "")
-    holding = Condition("high", "it is high", compared("fill(f1)", 0.9, 0.5), "")
-    unknown = Proof(UNKNOWN, 0, 1, "", Note("missing"))
-    beside = Condition("third", "seen", Proof(HOLDS, 0.5, 1, "", Note("expect"), (unknown,)), "")
-    assert (
-        list(verdict_of(failing, holding, beside).miss_lines())[-1] == "  + holds: high (+ 1 more)"
-    )
-
-
 def test_many_parts_are_shortened_not_cut() -> None:
     condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
     few = verdict_of(condition, parts=(Part("top", ("f1",)), Part("leg", ("f2", "f3"))))
@@ -260,16 +142,6 @@ def test_many_parts_are_shortened_not_cut() -> None:
     assert ", f17, " in list(row.lines(full=True))[1]
     even = verdict_of(condition, parts=(Part("leg", faces[::2], is_group=True),))
     assert list(even.lines())[1] == "  parts: leg = 19 faces"
-
-
-def test_in_full_the_place_and_the_text_of_the_line_are_told() -> None:
-    condition = Condition(
-        "wide", "it is wide", compared("share(f1)", 0.9, 0.5), "slab.model:9", "share(a) at least"
-    )
-    assert list(verdict_of(condition).lines(full=True))[-2:] == [
-        "  + wide: it is wide (100%) [slab.model:9: share(a) at least]",
-        "      + share(f1) = 90 ± 1 %, at least 50 %",
-    ]
 
 
 def test_what_hangs_on_unseen_space_says_both_values_and_what_is_needed() -> None:

@@ -37,14 +37,6 @@ def test_models_are_compiled_into_the_cache_once(fresh: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == made
 
 
-def test_a_file_that_was_deleted_is_made_again(fresh: Path) -> None:
-    folder = builtin_rules()
-    text = (folder / "box.pl").read_text(encoding="utf-8")
-    (folder / "box.pl").unlink()
-    assert builtin_rules() == folder
-    assert (folder / "box.pl").read_text(encoding="utf-8") == text
-
-
 def test_few_versions_are_kept(fresh: Path) -> None:
     for number in range(rules.MOST_KEPT + 3):
         (fresh / str(number)).mkdir(parents=True)

@@ -1,8 +1,5 @@
 """Facts on their way into a scene: exactly, in order, and refused by name."""
 
-from collections.abc import Iterator
-
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,7 +8,7 @@ from facetlog.errors import EngineError
 from facetlog.kb.engine.terms import Atom, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact, fact_text
-from facetlog.kb.loading.fact_columns import FACTS_PER_CHUNK, facts_request
+from facetlog.kb.loading.fact_columns import facts_request
 
 NAMES = st.text(st.characters(exclude_categories=["Cs", "Co"]), max_size=6) | st.sampled_from(
     ["", "\x1f", "\0", "\n", "[]", "f1", "😀", "'", "\\"]
@@ -28,14 +25,8 @@ SCENES = st.lists(
 ARITY = {"face": 1, "area": 3, "corner": 3, "point_cov": 7, "observed": 6}
 
 
-@pytest.fixture(scope="module")
-def base() -> Iterator[KnowledgeBase]:
-    with KnowledgeBase() as base:
-        yield base
-
-
 def loaded(base: KnowledgeBase, facts: list[Fact], name: str) -> list[tuple[Term, ...]]:
-    """What the scene holds of one kind, atoms as texts."""
+    """Facts of one kind that the scene holds, atoms as texts."""
     base.load_scene("s", facts)
     variables = ",".join(f"V{i}" for i in range(ARITY[name]))
     rows = base.query(f"{name}({variables})", scenes=("s",))
@@ -50,16 +41,6 @@ def test_facts_arrive_exactly_and_in_order(base: KnowledgeBase, facts: list[Fact
         found = loaded(base, facts, name)
         # repr tells 0.0 from -0.0 and 1 from 1.0.
         assert repr(found) == repr(wanted)
-
-
-def test_facts_beyond_a_chunk_stay_in_order(base: KnowledgeBase) -> None:
-    facts: list[Fact] = [("face", f"f{i}") for i in range(2 * FACTS_PER_CHUNK + 7)]
-    assert [name for (name,) in loaded(base, facts, "face")] == [str(f[1]) for f in facts]
-
-
-def test_numbers_of_numpy_are_numbers(base: KnowledgeBase) -> None:
-    facts: list[Fact] = [("area", "f1", np.float64(2.5), 0.5)]
-    assert loaded(base, facts, "area") == [("f1", 2.5, 0.5)]
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ size(asks, _, _, Second, offset(First, Second)) :-
 
 @st.composite
 def offsets(draw: st.DrawFn) -> list[Fact]:
-    """Of each two of some names, in either order, most often in the order of the names."""
+    """Offsets of each two of some names, in either order, most often in the order of the names."""
     names = draw(NAMES)
     found: list[Fact] = [
         (a, b, draw(VALUES), 0.5) for a, b in permutations(dict.fromkeys(names), 2)
@@ -72,15 +72,6 @@ def test_only_floats_of_each_two_names_become_a_matrix() -> None:
     assert "matrices(3,5,['overlap'-3])" in header(each)
     for rows in (integer, twice, each[:-1], each[1:] + each[:1], each[:2]):
         assert "matrices(0,0,[])" in header(rows)
-
-
-def test_matrices_of_other_names_are_columns() -> None:
-    one: list[Fact] = [(a, b, 1.0) for a, b in permutations("xyz", 2)]
-    other: list[Fact] = [(a, b, 1.0) for a, b in permutations("abc", 2)]
-    made = {("overlap", 3): one, ("share", 3): other}
-    text = facts_text("s", {k: tuple(zip(*rows, strict=True)) for k, rows in made.items()})
-    assert "['overlap'-3]" in text
-    assert "kind('share',6,[a-11,a-11,f-54])" in text
 
 
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])

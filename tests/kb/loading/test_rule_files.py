@@ -1,4 +1,4 @@
-"""What becomes of users' files of rules: faults and their places, warnings, trust, unloading."""
+"""Users' files of rules: faults and their places, warnings, trust, replacement."""
 
 import gc
 from collections.abc import Iterator
@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import pytest
 
-from facetlog.errors import EngineError, QueryError, RuleSyntaxError
-from facetlog.kb.engine.door import ask
-from facetlog.kb.engine.engine import house, piece_text
-from facetlog.kb.engine.engine_pool import engine_pool
-from facetlog.kb.engine.terms import Atom, Struct, Term, decode_reply, term_text
-from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
+from facetlog.errors import EngineError, RuleSyntaxError
+from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.terms import Atom, Term
+from facetlog.kb.engine.transport import ask
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.loaded import RuleFile
 from tests.kb.hostile_cases import FACTS, GOOD
 
 
@@ -23,24 +23,23 @@ class Shelf(NamedTuple):
     base: KnowledgeBase
     path: Path
 
-    def load(self, text: str, *, trusted: bool = False) -> tuple[str, ...]:
-        """The warnings of a file that loads, and is unloaded again."""
+    def load(self, text: str, *, trusted: bool = True) -> RuleFile:
+        """The file with this text, loaded."""
         self.path.write_text(text, encoding="utf-8", newline="")
-        rules = self.base.load_rules(self.path, trusted=trusted)
-        self.base.unload_rules(rules)
-        assert rules.models == ("slab",)
-        return rules.warnings
+        return self.base.load_rules(self.path, trusted=trusted)
 
-    def faults(self, text: str, *, trusted: bool = False) -> list[str]:
-        """What is wrong with the text, each without the file's name."""
+    def faults(self, text: str, *, trusted: bool = True) -> list[str]:
+        """Faults of the text, each without the file's name."""
+        before = dict(self.base.models)
         with pytest.raises(RuleSyntaxError) as caught:
             self.load(text, trusted=trusted)
+        assert dict(self.base.models) == before
         lines = str(caught.value).split("\n")
         assert all(line.startswith(f"{self.path}:") for line in lines), lines
         return [line.removeprefix(f"{self.path}:") for line in lines]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def base() -> Iterator[KnowledgeBase]:
     with KnowledgeBase() as base:
         base.load_scene("s", FACTS)
@@ -48,23 +47,20 @@ def base() -> Iterator[KnowledgeBase]:
 
 
 @pytest.fixture
-def shelf(base: KnowledgeBase, tmp_path: Path) -> Iterator[Shelf]:
-    before = dict(base.models)
-    yield Shelf(base, tmp_path / "slab.pl")
-    assert dict(base.models) == before
+def shelf(base: KnowledgeBase, tmp_path: Path) -> Shelf:
+    return Shelf(base, tmp_path / "slab.pl")
 
 
 def test_prolog_must_be_trusted(shelf: Shelf) -> None:
-    (fault,) = shelf.faults(GOOD)
+    (fault,) = shelf.faults(GOOD, trusted=False)
     assert fault.startswith(" rules in Prolog are a program")
     assert "--trust" in fault
     assert "trust=True" in fault
-    assert shelf.load(GOOD, trusted=True) == ()
+    assert shelf.load(GOOD).warnings == ()
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_line_ends_of_both_kinds_are_read(shelf: Shelf, end: str) -> None:
-    shelf.load(GOOD.replace("\n", end), trusted=True)
+def test_line_ends_of_windows_are_read(shelf: Shelf) -> None:
+    assert shelf.load(GOOD.replace("\n", "\r\n")).models == ("slab",)
 
 
 def test_a_file_that_cannot_be_read_is_named(base: KnowledgeBase, tmp_path: Path) -> None:
@@ -74,12 +70,11 @@ def test_a_file_that_cannot_be_read_is_named(base: KnowledgeBase, tmp_path: Path
         base.load_rules(tmp_path)
 
 
-@pytest.mark.parametrize("model", BUILTIN_MODELS)
+@pytest.mark.parametrize("model", ["box", "table", "stairs"])
 def test_a_users_copy_says_what_the_built_in_model_does(base: KnowledgeBase, model: str) -> None:
     expected = base.judge("s", model, "t1").to_json()
-    rules = base.load_rules(house("rules") / f"{model}.model")
+    base.load_rules(house("rules") / f"{model}.model")
     found = base.judge("s", model, "t1").to_json()
-    base.unload_rules(rules)
     assert {**found, "confidence": None} == {**expected, "confidence": None}
 
 
@@ -87,19 +82,16 @@ def test_the_model_of_the_documentation_loads(shelf: Shelf) -> None:
     text = (Path(__file__).parents[3] / "docs" / "model-reference.md").read_text()
     blocks = [block.split("```")[0] for block in text.split("```prolog")[1:]]
     (slab,) = (block.split("\n", 1)[1] for block in blocks if ":- module(slab" in block)
-    assert shelf.load(slab, trusted=True) == ()
+    assert shelf.load(slab).warnings == ()
 
 
-def test_the_last_model_of_a_name_counts_until_it_goes(base: KnowledgeBase, tmp_path: Path) -> None:
-    answer = base.judge("s", "box", "t1").parts
-    path = tmp_path / "mine.pl"
-    path.write_text(GOOD.replace("slab", "box"))
-    rules = base.load_rules(path, trusted=True)
-    assert [p.role for p in base.judge("s", "box", "t1").parts] == ["board"]
-    assert list(base.query("is_a(t1, box)")) == [()]
-    base.unload_rules(rules)
-    assert base.judge("s", "box", "t1").parts == answer
-    assert list(base.query("is_a(t1, box)")) == []
+def test_a_users_model_counts_and_is_replaced_by_its_next_version(shelf: Shelf) -> None:
+    shelf.load(GOOD.replace("slab", "box"))
+    assert [p.role for p in shelf.base.judge("s", "box", "t1").parts] == ["board"]
+    assert list(shelf.base.query("is_a(t1, box)")) == [()]
+    shelf.load(GOOD)
+    assert [p.role for p in shelf.base.judge("s", "box", "t1").parts] == ["a", "b", "c"]
+    assert list(shelf.base.query("is_a(t1, box)")) == []
 
 
 # --- files that the user trusts ---
@@ -118,22 +110,15 @@ condition(slab, flat, "it lies level", _, [Board], at_most(tilt(Board), 5)).
 
 
 def test_a_trusted_file_is_ordinary_prolog(shelf: Shelf) -> None:
-    shelf.path.write_text(TRUSTED)
-    rules = shelf.base.load_rules(shelf.path, trusted=True)
-    assert rules.models == ("slab",)
+    assert shelf.load(TRUSTED).models == ("slab",)
     assert list(shelf.base.query("is_a(T, slab)")) == [(Atom("t1"),)]
-    shelf.base.unload_rules(rules)
-    with pytest.raises(QueryError, match="slab"):
-        list(shelf.base.query("is_a(T, slab)"))
 
 
-def test_unloading_takes_away_what_a_trusted_file_put_elsewhere(shelf: Shelf) -> None:
+def test_what_a_trusted_file_put_elsewhere_goes_with_it(shelf: Shelf) -> None:
     probe = TRUSTED.replace("G = face_of", "findall(X, user:told(X), L), length(L, 1), G = face_of")
     for _ in range(3):
-        shelf.path.write_text(probe)
-        rules = shelf.base.load_rules(shelf.path, trusted=True)
+        shelf.load(probe)
         assert list(shelf.base.query("is_a(T, slab)")) == [(Atom("t1"),)]
-        shelf.base.unload_rules(rules)
 
 
 @pytest.mark.parametrize("text", [GOOD, TRUSTED])
@@ -145,8 +130,7 @@ def test_files_that_come_and_go_leave_no_module_behind(
         for _ in range(10):
             with suppress(RuleSyntaxError):
                 shelf.load(text, trusted=trusted)
-        (reply,) = engine_pool().reply("statistics", "", seconds=9.0)
-        counts = decode_reply(piece_text(reply))
+        counts = ask("statistics", "")
         assert isinstance(counts, tuple)
         return counts[0]
 
@@ -154,21 +138,19 @@ def test_files_that_come_and_go_leave_no_module_behind(
 
 
 def test_two_bases_may_trust_one_file(shelf: Shelf) -> None:
-    shelf.path.write_text(TRUSTED)
-    mine = shelf.base.load_rules(shelf.path, trusted=True)
+    shelf.load(TRUSTED)
     with KnowledgeBase() as other:
         other.load_scene("s", FACTS)
         other.load_rules(shelf.path, trusted=True)
         assert list(other.query("is_a(T, slab)")) == [(Atom("t1"),)]
     gc.collect()
     assert list(shelf.base.query("is_a(T, slab)")) == [(Atom("t1"),)]
-    shelf.base.unload_rules(mine)
 
 
 def test_a_trusted_file_finds_what_lies_beside_it(shelf: Shelf) -> None:
     (shelf.path.parent / "helper.pl").write_text(":- module(helper, [helps/1]).\nhelps(yes).\n")
     line = ":- use_module(helper).\n:- helps(yes) -> true ; throw(no_help).\n"
-    shelf.load(TRUSTED.replace(":- dynamic", line + ":- dynamic"), trusted=True)
+    shelf.load(TRUSTED.replace(":- dynamic", line + ":- dynamic"))
 
 
 @pytest.mark.parametrize(
@@ -184,28 +166,21 @@ def test_a_trusted_file_finds_what_lies_beside_it(shelf: Shelf) -> None:
 def test_faults_of_a_trusted_file_name_its_line(
     shelf: Shelf, old: str, new: str, faults: list[str]
 ) -> None:
-    found = shelf.faults(TRUSTED.replace(old, new), trusted=True)
+    found = shelf.faults(TRUSTED.replace(old, new))
     assert [f for f, start in zip(found, faults, strict=False) if f.startswith(start)] == found
 
 
 def test_warnings_of_a_trusted_file_name_its_line(shelf: Shelf) -> None:
-    (warning,) = shelf.load(TRUSTED.replace("call(G)", "call(G), X = 1"), trusted=True)
+    (warning,) = shelf.load(TRUSTED.replace("call(G)", "call(G), X = 1")).warnings
     assert warning.startswith(f"{shelf.path}:8: ")
     assert "Singleton variables: [X]" in warning
 
 
-def test_a_trusted_file_that_never_ends_loading_is_no_matter_of_the_check(shelf: Shelf) -> None:
-    # The limits of a question hold for what a trusted model asks, too.
-    shelf.path.write_text(TRUSTED.replace("call(G)", "call(G), repeat, fail"))
-    rules = shelf.base.load_rules(shelf.path, trusted=True)
-    limits = shelf.base.limits
-    try:
-        shelf.base.limits = type(limits)(seconds=0.3, inferences=10**12)
-        with pytest.raises(EngineError, match="time limit"):
-            shelf.base.judge("s", "slab", "t1")
-    finally:
-        shelf.base.limits = limits
-        shelf.base.unload_rules(rules)
+def test_the_limits_of_a_question_hold_for_a_trusted_model(shelf: Shelf) -> None:
+    shelf.load(TRUSTED.replace("call(G)", "call(G), repeat, fail"))
+    shelf.base.limits = type(shelf.base.limits)(seconds=0.3, inferences=10**12)
+    with pytest.raises(EngineError, match="time limit"):
+        shelf.base.judge("s", "slab", "t1")
 
 
 # --- files in the model language ---
@@ -222,31 +197,9 @@ HOSTILE = r"""model slab
 def test_no_text_of_a_model_becomes_a_goal(base: KnowledgeBase, tmp_path: Path) -> None:
     path = tmp_path / "a\n:- halt.\n%b'.model"
     path.write_text(HOSTILE)
-    rules = base.load_rules(path)
+    base.load_rules(path)
     base.judge("s", "slab", "t1")
-    base.unload_rules(rules)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.mark.parametrize(
-    "clause",
-    [
-        "candidate(m, T, [F]) :- face_of(T, F), shell(ls)",
-        "candidate(m, T, [F]) :- findall(F, \\+ (face_of(T, F) ; halt), [F])",
-        "candidate(m, T, [F]) :- maplist(assertz, [F])",
-        "candidate(m, T, [F]) :- call(T, F)",
-        "candidate(m, T, [F]) :- user:face_of(T, F)",
-        "candidate(m, _, [F]) :- F",
-        "user:candidate(m, _, [_])",
-        "user:candidate(m, _, [_]) :- true",
-    ],
-)
-def test_compiled_clauses_call_harmless_words_alone(base: KnowledgeBase, clause: str) -> None:
-    """Clauses that a faulty compiler could write."""
-    text = f'model(m, "", [a]).\n{clause}.\ncondition(m, c, "", _, [_], all([])).\n'
-    request = term_text(Struct("rules", (Atom("never"), Atom("m.model"), text)))
-    with pytest.raises(RuleSyntaxError, match="calls what it may not"):
-        ask(engine_pool(), "load_compiled", request)
 
 
 def test_a_number_of_many_digits_is_refused_or_read_at_once(

@@ -10,7 +10,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.rule_source import rule_sources
-from facetlog.kb.recognize import recognize, rule_files
+from facetlog.kb.recognize import rule_files
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 
@@ -90,11 +90,6 @@ def test_a_faulty_model_file_is_refused_with_all_its_faults(
     assert "slab" not in base.models
 
 
-def test_a_model_file_that_is_not_there_is_refused(folder: Path, base: KnowledgeBase) -> None:
-    with pytest.raises(RuleSyntaxError, match=r"gone\.model"):
-        base.load_rules(folder / "gone.model")
-
-
 def test_a_folder_may_hold_both_kinds_of_files(folder: Path) -> None:
     (folder / "other.pl").write_text("")
     (folder / "notes.txt").write_text("")
@@ -121,13 +116,6 @@ def test_words_that_a_model_uses_come_with_it(
     assert set(rules.files) == {folder / "roof.model", folder / "words.pl"}
     base.load_scene("s", slab_facts)
     assert base.why("s", "roof").state is State.HOLDS
-
-
-def test_recognition_asks_the_models_of_a_folder(
-    folder: Path, slab_facts: tuple[Fact, ...]
-) -> None:
-    found = recognize(slab_facts, scene_name="s", model_paths=[folder])
-    assert {"slab", "plank"} <= found.models
 
 
 def test_files_whose_models_are_asked_about_are_loaded_first(

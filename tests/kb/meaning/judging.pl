@@ -188,7 +188,7 @@ full_verdict(Model, Row) :-
     catch(( facetlog_named_models:model_module(Model, Module),
             facetlog_judge:judge(Module, Model, t1, Verdict),
             Verdict = verdict(_, _, State, Low, High, Parts, Sizes0, _, _, _),
-            findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Sizes0), Sizes),
+            findall(size(Name, V, Sd), member(size(Name, V, Sd, _), Sizes0), Sizes),
             verdict_row(State, Low, High, Parts, Sizes, Row) ),
           Error, error_row(Error, Row)),
     !.

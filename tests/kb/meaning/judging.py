@@ -11,7 +11,7 @@ from typing import Any
 
 from facetlog.kb.engine.engine import house
 from facetlog.kb.loading.builtin_rules import builtin_rules
-from facetlog.kb.loading.schema import declarations
+from facetlog.kb.loading.encode import declarations
 from tests.kb.meaning.cases import Case
 from tests.kb.meaning.models import Model
 from tests.kb.meaning.proofs import Proof, proof_of
@@ -53,7 +53,7 @@ class Judging:
         )
 
     def said(self, case: Case) -> Any:
-        """What judging.pl writes of it."""
+        """Answer of judging.pl to the case."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(written(case))
@@ -128,7 +128,7 @@ def _of_test(scene: Scene, test: Term, ways: Sequence[Any]) -> Iterator[str]:
 
 
 def close(said_now: Any, expected: Any) -> bool:
-    """The same words, and numbers that are as good as equal."""
+    """Whether words are equal, and numbers that are as good as equal."""
     if isinstance(said_now, list):
         return len(said_now) == len(expected) and all(map(close, said_now, expected))
     if isinstance(expected, (int, float)) and isinstance(said_now, (int, float)):
@@ -137,7 +137,7 @@ def close(said_now: Any, expected: Any) -> bool:
 
 
 def _wrong_step(row: Any, expected: Proof) -> str:
-    """What is wrong with the first step that is not as expected."""
+    """Fault of the first step that is not as expected."""
     state, low, high, detail, rows = row
     if not close([state, low, high], [expected.state, expected.low, expected.high]):
         return f"{row[:4]}, not {expected.state, expected.low, expected.high}"

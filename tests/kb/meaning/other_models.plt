@@ -20,7 +20,7 @@ among_rules(Clauses, Module, Goal) :-
           name_models(other_models, Models, Module),
           forall(member(Fact, [ thing(t1), face(f1), face(f2), part_of(f1, t1), part_of(f2, t1),
                                 evidence(f1, measured), evidence(f2, measured), upward(f2), tilt(f1, 20.0, 0.0) ]),
-                 add_fact(Scene, Fact)),
+                 assertz(Scene:Fact)),
           in_scene(Scene, once(Goal)) ),
         ( destroy_scene(Scene), unname_models(other_models, Module), '$destroy_module'(Module) )).
 

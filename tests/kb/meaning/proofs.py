@@ -1,4 +1,4 @@
-"""What a proof says: state and bounds of every step, and what it compared, missed or counted."""
+"""Contents of proofs: state and bounds of every step, and what it compared, missed or counted."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What measures and expressions of them come to, and by how much that is within limits: the
-reference, from the paper and docs/model-reference.md."""
+"""Values of measures and expressions, and by how much they are within limits: the reference, from
+the paper and docs/model-reference.md."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def _comparable(scene: Scene, test: Term, one: Quantity, two: Quantity) -> None:
 
 
 def quantity(scene: Scene, expression: Term) -> Quantity | None:
-    """What an expression comes to; None where the scene does not know.
+    """Value of an expression; None where the scene does not know.
 
     Raises FaultyTestError for what has no meaning.
     """

@@ -44,8 +44,8 @@ FAULTY_MEASURES = {
 
 @dataclass(frozen=True)
 class Drawing:
-    """What a test may name: faces or variables for them, a thing, lists of faces and of groups of
-    them, words and measures of the rules, other models."""
+    """Names that a test may use: faces or variables for them, a thing, lists of faces and of groups
+    of them, words and measures of the rules, other models."""
 
     draw: Random
     names: Sequence[str]

@@ -70,7 +70,7 @@ def _compared(scene: Scene, test: Term) -> Outline:
 
 
 def either(one: Outline, two: Outline) -> Outline:
-    """What is said where nobody knows which of two is so."""
+    """Outline where nobody knows which of two is so."""
     state = one[0] if one[0] == two[0] else UNKNOWN
     return state, min(one[1], two[1]), max(one[2], two[2]), min(one[3], two[3])
 
@@ -115,7 +115,7 @@ def _unseen(scene: Scene, term: Term, variables: frozenset[str]) -> bool:
 
 
 def all_of(every: Sequence[Outline]) -> Outline:
-    """What conditions come to that are all needed."""
+    """Outline of conditions that are all needed."""
     return (
         min((state for state, _, _, _ in every), default=HOLDS),
         math.prod(low for _, low, _, _ in every),
@@ -125,7 +125,7 @@ def all_of(every: Sequence[Outline]) -> Outline:
 
 
 def any_of(every: Sequence[Outline]) -> Outline:
-    """What alternatives come to."""
+    """Outline of alternatives."""
     columns = zip(*every, strict=True) if every else ((), (), (), ())
     state, low, high, _ = (max(column, default=0) for column in columns)
     misses = (miss for _, _, _, miss in every)

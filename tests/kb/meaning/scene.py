@@ -1,4 +1,4 @@
-"""What the reference works on: the facts of a case and what names stand for at the moment."""
+"""Scene of the reference: the facts of a case and what names stand for at the moment."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Scene:
     reading: int | None = None
 
     def name(self, name: Term) -> Term:
-        """What the name stands for."""
+        """Value of the name."""
         return self.names.get(name, name) if isinstance(name, str) else name
 
     def list(self, values: Term) -> list[Term]:
@@ -54,11 +54,11 @@ class Scene:
         return [self.name(value) for value in found]
 
     def with_names(self, names: Mapping[str, Term]) -> Scene:
-        """The same where variables stand for these, too."""
+        """Scene where variables stand for these, too."""
         return replace(self, names={**self.names, **names})
 
     def read_as(self, reading: int) -> Scene:
-        """The same where space that was not seen is free (0), or full (1)."""
+        """Scene where space that was not seen is free (0), or full (1)."""
         return replace(self, reading=reading)
 
     def fact(self, *key: object) -> tuple[float, ...] | None:

@@ -160,11 +160,11 @@ in_full(Rules, outline(State, Low, High, Parts, Sizes)) :-
     gensym(scene, Scene),
     setup_call_cleanup(
         new_scene(Scene),
-        ( forall(stated(Fact), add_fact(Scene, Fact)),
+        ( forall(stated(Fact), assertz(Scene:Fact)),
           in_scene(Scene, judge(Rules, m, t1, Verdict)) ),
         destroy_scene(Scene)),
     Verdict = verdict(_, _, State, Low, High, Parts, Sizes0, _, _, _),
-    findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Sizes0), Sizes).
+    findall(size(Name, V, Sd), member(size(Name, V, Sd, _), Sizes0), Sizes).
 
 :- begin_tests(specialised).
 

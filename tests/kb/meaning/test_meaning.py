@@ -22,15 +22,13 @@ def judge_alike(judging: Judging, seed: int) -> None:
     assert not differences(case, judging.said(case))[:3], f"seed {seed}"
 
 
-@pytest.mark.parametrize("block", range(5))
-@pytest.mark.slow
-def test_all_ways_of_judging_say_what_the_reference_says(judging: Judging, block: int) -> None:
-    for seed in range(9 * block, 9 * block + 9):
+def test_all_ways_of_judging_say_what_the_reference_says(judging: Judging) -> None:
+    for seed in range(12):
         judge_alike(judging, seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", range(25))
-def test_a_hundred_thousand_cases_are_judged_alike(judging: Judging, block: int) -> None:
-    for seed in range(1000 + 110 * block, 1110 + 110 * block):
+@pytest.mark.parametrize("block", range(5))
+def test_thousands_of_cases_are_judged_alike(judging: Judging, block: int) -> None:
+    for seed in range(1000 + 45 * block, 1045 + 45 * block):
         judge_alike(judging, seed)

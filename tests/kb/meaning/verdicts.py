@@ -96,8 +96,8 @@ def _together(judged: Scene, model: Model, parts: Parts) -> Outline:
 
 
 def _best(judged: Scene, model: Model) -> Parts | None:
-    """Of all choices the best; where none can hold, the first that does not fail in the first block
-    of choices that has one."""
+    """Best of all choices; where none can hold, the first that does not fail in the first block of
+    choices that has one."""
     choices = sorted(set(_candidates(judged, model)))
     outer = Scene(judged.case, judged.verdict, judged=judged.judged[:-1])
     ranks = {parts: rank(outer, model, parts) for parts in choices}

@@ -125,8 +125,7 @@ def _tested(
     cases = [
         case for one in analyses for case in example_cases(one, example_facts, example_on_demand)
     ]
-    # Models may be a stranger's: they are judged where they can neither hang nor fill the memory.
-    with KnowledgeBase(isolated=True) as base:
+    with KnowledgeBase() as base:
         for analysis in analyses:
             base.load_rules(Path(analysis.file.source.name), trusted=trust)
         if scenes is not None:
