@@ -114,7 +114,7 @@ def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_gives_a_wrong_pose() 
                 with suppress(DeviceError):
                     client.clear_stop()
                     client.drive(0.25, 0.2)
-                believed.append(client.last_state.pose)
+                    believed.append(client.state.pose)
                 time.sleep(0.05)
             ended = simulated.now.at
             simulated.inject(Fault(FaultKind.CORRUPT, on=False))
@@ -164,9 +164,11 @@ with Pioneer.connect(sys.argv[1], limits=Limits(speed=5.0, turning=5.0)) as robo
 
 
 @contextmanager
-def client_at_full_speed(simulated: Robot) -> Iterator[subprocess.Popen[bytes]]:
+def client_at_full_speed(
+    simulated: Robot, program: str = CLIENT
+) -> Iterator[subprocess.Popen[bytes]]:
     """A program of its own that drives as fast as the robot goes."""
-    arguments = [sys.executable, "-c", CLIENT, simulated.address, str(FULL_SPEED)]
+    arguments = [sys.executable, "-c", program, simulated.address, str(FULL_SPEED)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen(
         arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
@@ -262,13 +264,15 @@ def _driven_until_refused(client: Pioneer) -> None:
         time.sleep(0.05)
 
 
-def test_the_stop_button_is_what_is_said_not_the_stall_that_comes_with_it() -> None:
-    with robot() as simulated, Pioneer.connect(simulated.address) as client:
-        client.enable_motors()
-        simulated.fault(kind="stop-button")
-        client.wait_for(lambda state: bool(state.stop_button), allowed(5.0))
-        with pytest.raises(DeviceError, match="STOP button"):
-            client.drive(0.2, 0.0)
-        # On a loaded machine its line may be quiet for a while, too.
-        causes = [p.cause for p in client.problems if p.cause is not Cause.QUIET]
-        assert causes == [Cause.STOP_BUTTON]
+@pytest.mark.slow
+def test_an_interpreter_that_ends_without_closing_stops_the_robot() -> None:
+    ending = CLIENT.replace("with Pioneer.connect", "for robot in [Pioneer.connect").replace(
+        "turning=5.0)) as robot:", "turning=5.0))]:"
+    )
+    ending = ending.replace("told = True", "sys.exit(0)")
+    with robot() as simulated:
+        with client_at_full_speed(simulated, ending) as process:
+            ended = simulated.now
+            assert process.wait(allowed(20.0)) == 0
+        stands_by_command(simulated, ended)
+        until(lambda: not (simulated.now.session or simulated.now.motors), "the session's end")

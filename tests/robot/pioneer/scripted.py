@@ -34,6 +34,8 @@ class ScriptedRobot:
     """What is on the robot's side of the line; `receive` and `pending` take the time."""
 
     model: str = "p3dx"
+    subclass: str | None = None
+    """The model that it reports, where that is another."""
     configuration: Configuration | None = CONFIGURATION
     reports_motors: bool = True
     watchdog: float = 2.0
@@ -172,7 +174,7 @@ class ScriptedRobot:
             self._sync = packet.kind + 1
             self.say(Packet(packet.kind))
             return
-        self.say(Names("scripted", "Pioneer", self.model).to_packet())
+        self.say(Names("scripted", "Pioneer", self.subclass or self.model).to_packet())
         self.session, self.motors, self._last_heard = "synchronised", False, now
 
     def _set(self, **settings: int) -> None:

@@ -106,8 +106,3 @@ def test_fields_of_later_firmware_go_before_those_that_they_refine() -> None:
     assert (state.charging, state.charge, state.temperature_c) == (1, 0.8, None)
     assert (state.gripper, state.analog, state.digital_in, state.digital_out) == (1, 2, 3, 4)
     assert state.raw is later
-
-
-def test_what_is_not_reported_is_none() -> None:
-    state, _ = StateMaker(MODELS["p3dx"]).state(REPORT, 0.0)
-    assert {state.charging, state.charge, state.faults, state.sideways, state.timer} == {None}

@@ -3,7 +3,6 @@
 import os
 import pty
 import socket
-import threading
 import time
 import tty
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.line import port as ports
-from facetlog.robot.pioneer.line.port import Port, SerialPort, TcpPort, open_port
+from facetlog.robot.pioneer.line.port import Port, SerialPort, open_port
 
 
 @pytest.fixture
@@ -53,25 +52,6 @@ def test_bytes_go_both_ways_over_tcp(server: socket.socket, form: str) -> None:
         port.set_baud(38400)
         port.close()
         assert accepted.recv(1) == b""
-    port.close()
-
-
-def test_a_read_waits_no_longer_than_it_is_reported(server: socket.socket) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    try:
-        before = time.monotonic()
-        assert port.read(0.1) == b""
-        assert time.monotonic() - before >= 0.09
-        assert port.read(0.0) == b""
-    finally:
-        port.close()
-
-
-def test_a_server_that_hangs_up_is_said(server: socket.socket) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    server.accept()[0].close()
-    with pytest.raises(DeviceError, match="closed the connection; it may serve only one client"):
-        port.read(10.0)
     port.close()
 
 
@@ -181,29 +161,3 @@ def test_the_default_port_is_the_one_of_simulators(monkeypatch: pytest.MonkeyPat
     open_port("tcp:robot")
     open_port("tcp:[::1]:8102")
     assert asked == [("robot", 8101), ("::1", 8102)]
-
-
-def test_one_thread_reads_while_another_writes(server: socket.socket) -> None:
-    port = TcpPort(*server.getsockname())
-    accepted, _ = server.accept()
-
-    def echo() -> None:
-        while data := accepted.recv(4096):
-            accepted.sendall(data)
-
-    echoing = threading.Thread(target=echo)
-    echoing.start()
-    sent = os.urandom(20_000)
-
-    def write() -> None:
-        for at in range(0, len(sent), 100):
-            port.write(sent[at : at + 100])
-
-    writing = threading.Thread(target=write)
-    writing.start()
-    got = read_exactly(port, len(sent))
-    writing.join()
-    port.close()
-    echoing.join()
-    accepted.close()
-    assert got == sent

@@ -202,17 +202,6 @@ def test_a_driver_that_is_killed_is_followed_by_stops_and_the_end_of_the_session
     assert robot.hears_nothing_more()
 
 
-@pytest.mark.parametrize("driver", [0.3], indirect=True)
-@pytest.mark.slow
-def test_a_driver_that_is_suspended_and_then_killed_leaves_a_robot_that_stands(
-    robot: Robot, driver: subprocess.Popen[bytes]
-) -> None:
-    driver.send_signal(signal.SIGSTOP)
-    robot.hears(STOP)
-    driver.kill()
-    robot.hears(OFF + BYE)
-
-
 @pytest.mark.slow
 def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
     robot: Robot,
@@ -272,13 +261,6 @@ def test_signals_that_end_programs_do_not_end_the_owner(robot: Robot, line: Line
         os.kill(line.process, number)
     line.write(b"<still here>")
     robot.hears(b"<still here>")
-
-
-def test_an_owner_that_is_killed_is_said(robot: Robot, line: LineProcess) -> None:
-    os.kill(line.process, signal.SIGKILL)
-    assert "has ended" in str(raised(line))
-    with pytest.raises(DeviceError, match="has ended"):
-        line.write(b"<go>")
 
 
 @pytest.mark.slow

@@ -28,28 +28,6 @@ def test_names_come_back(name: str, kind: str, subclass: str) -> None:
     assert Names.from_packet(names.to_packet()) == names
 
 
-def test_the_names_of_a_simulator_are_read() -> None:
-    packet = Packet(2, b"AMRISim\0Pioneer\0p3dx\0")
-    assert Names.from_packet(packet) == Names("AMRISim", "Pioneer", "p3dx")
-
-
-@given(INT32, INT32)
-def test_encoders_come_back(left: int, right: int) -> None:
-    assert Encoders.from_packet(Encoders(left, right).to_packet()) == Encoders(left, right)
-
-
-@given(
-    st.binary(max_size=8),
-    st.binary(max_size=8),
-    st.lists(st.integers(0, 65535), max_size=8).map(tuple),
-)
-def test_inputs_and_outputs_come_back(
-    digital_in: bytes, digital_out: bytes, analog: tuple[int, ...]
-) -> None:
-    values = InputsOutputs(digital_in, digital_out, analog)
-    assert InputsOutputs.from_packet(values.to_packet()) == values
-
-
 @pytest.mark.parametrize("reader", [Encoders, InputsOutputs, Configuration, TruePose])
 @given(payload=st.binary(max_size=252))
 def test_any_payload_is_read_or_a_packet_error(reader: type, payload: bytes) -> None:
