@@ -28,7 +28,7 @@ from facetlog.robot.pioneer.packets.reports import (
     ServerInformation,
 )
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.state import OdometryErrors, RobotState, StateMaker, reports_motors
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState, StateMaker
 
 REPEAT = 0.15
 """Seconds after which speeds are sent again: two packets, of about one in 50 ms that P2OS takes."""
@@ -238,7 +238,8 @@ class Control:
         self.lost: DeviceError | None = None
         """Why there is no session any more."""
         self._maker = StateMaker(parameters, configuration, errors)
-        self._reports_motors = reports_motors(parameters)
+        self.reports_motors = parameters.generation.reports_motors
+        """Whether reports include the state of the motors."""
         # On connecting the robot's motors are off, whatever they were before (manuals of both).
         self._maker.motors_thought_on = False
         self._motors_wanted = False
@@ -363,11 +364,6 @@ class Control:
         self.goes_out(packet)
         self.motion.went_out(packet)
 
-    @property
-    def reports_motors(self) -> bool:
-        """Whether reports include the state of the motors."""
-        return self._reports_motors
-
     def parting(self) -> list[Packet]:
         """Commands that restore the robot's own settings for its next client."""
         return self._restored_settings
@@ -423,7 +419,7 @@ class Control:
         self._last_report, self._last_sign, self._quiet = at, at, False
         if doubt is not None:
             self.say(Problem(Cause.ODOMETRY, doubt, at))
-        if not state.standing and not self._reports_motors and self._motors_wanted:
+        if not state.standing and not self.reports_motors and self._motors_wanted:
             self._maker.motors_thought_on = True
         self.state = state
         self.motion.saw(state.standing)
@@ -436,7 +432,7 @@ class Control:
         for problem in problems:
             self.say(problem)
             self.motion.rest(in_time=True)
-            if problem.cause is Cause.NOT_MOVING and not self._reports_motors:
+            if problem.cause is Cause.NOT_MOVING and not self.reports_motors:
                 self._maker.motors_thought_on = False
             if self.halted is None:
                 self.halted = problem

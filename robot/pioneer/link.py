@@ -21,7 +21,6 @@ from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
-from facetlog.robot.pioneer.opening import BAUD_CODES
 from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
@@ -295,34 +294,28 @@ class _Numbers:
     send: Command
     get: Command
     report: Report
-    baud: Command | None
 
 
 PORTS = {
-    1: _Numbers(Command.TTY2, Command.GETAUX, Report.SERAUX, Command.AUX1BAUD),
-    2: _Numbers(Command.TTY3, Command.GETAUX2, Report.SERAUX2, Command.AUX2BAUD),
-    3: _Numbers(Command.TTY4, Command.GETAUX3, Report.SERAUX3, None),
+    1: _Numbers(Command.TTY2, Command.GETAUX, Report.SERAUX),
+    2: _Numbers(Command.TTY3, Command.GETAUX2, Report.SERAUX2),
+    3: _Numbers(Command.TTY4, Command.GETAUX3, Report.SERAUX3),
 }
 
 
 class AuxLine:
-    """A line of bytes to whatever hangs on an AUX port.
+    """A line of bytes to the device on an AUX port, at the port's own speed (9600 mostly).
 
-    `baud` sets the port's speed first; None leaves it as the robot has it (9600 mostly). ValueError
-    if there is no such port or speed.
+    ValueError if there is no such port.
     """
 
-    def __init__(self, link: Link, number: int = 1, *, baud: int | None = None) -> None:
+    def __init__(self, link: Link, number: int = 1) -> None:
         if number not in PORTS:
             raise ValueError(f"there is no AUX port {number}: 1, 2 and 3 there are")
         self._link, self._numbers = link, PORTS[number]
         self.name = f"AUX{number}"
         self._inbox = link.inbox(self._numbers.report)
         self._waiting = bytearray()
-        if baud is not None:
-            if self._numbers.baud is None or baud not in BAUD_CODES:
-                raise ValueError(f"{self.name} cannot be set to {baud} baud")
-            link.send(make_integer_command(self._numbers.baud, BAUD_CODES[baud]))
 
     def flush(self) -> None:
         """Discard what the device has sent so far."""

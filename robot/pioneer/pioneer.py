@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Self
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.connecting import Connected, check_model, connect_over
@@ -36,8 +36,6 @@ from facetlog.robot.pioneer.packets.commands import (
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 from facetlog.robot.pioneer.packets.reports import (
     Configuration,
-    Encoders,
-    InputsOutputs,
     Names,
     Report,
     TruePose,
@@ -57,7 +55,6 @@ STAND_TIMEOUT = 1.5
 """Seconds for standing before the connection is closed: 0.3 m/s take 1.0 at 0.3 m/s²."""
 OFF_TRIES, OFF_EACH = 3, 0.25
 
-Answer = TypeVar("Answer")
 _OPEN: set["Pioneer"] = set()
 
 
@@ -171,11 +168,6 @@ class Pioneer:
             return self._last()
 
     @property
-    def last_state(self) -> RobotState:
-        """The state by the last report, also after the link is lost or closed."""
-        return self._last()
-
-    @property
     def problems(self) -> tuple[Problem, ...]:
         """What went wrong since connecting, the last thousand."""
         with self._link.changed:
@@ -247,13 +239,6 @@ class Pioneer:
                 " that the charger is unplugged"
             )
 
-    def disable_motors(self) -> None:
-        """Stop the robot, and switch the motors off once it stands."""
-        self._check()
-        self.stop()
-        self._wait(lambda state: state.standing, STAND_TIMEOUT)
-        self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
-
     def switch_sonars(self, on: bool) -> None:
         """Sonars on, as they are at first, or off.
 
@@ -272,27 +257,24 @@ class Pioneer:
             raise DeviceTimeout(f"the robot did not reach the awaited state in {timeout:.1f} s")
         return self.state
 
-    def aux(self, number: int = 1, *, baud: int | None = None) -> AuxLine:
-        """The line to a device on the robot's AUX port 1, 2 or 3."""
+    def aux(self, number: int = 1) -> AuxLine:
+        """Return the line to a device on the robot's AUX port 1, 2 or 3."""
         self._check()
-        return AuxLine(self._link, number, baud=baud)
-
-    def encoders(self) -> Encoders:
-        """Ticks of both wheels; DeviceTimeout if the robot does not report them."""
-        return self._ask(Command.ENCODER, Report.ENCODER, Encoders.from_packet, "encoders")
-
-    def inputs_outputs(self) -> InputsOutputs:
-        """Digital and analog inputs and outputs; DeviceTimeout if it does not report them."""
-        return self._ask(
-            Command.IOREQUEST, Report.IO, InputsOutputs.from_packet, "inputs and outputs"
-        )
+        return AuxLine(self._link, number)
 
     def true_pose(self) -> Pose2:
         """Where a simulated robot truly is in its world; DeviceTimeout if it is not simulated."""
-        answer = self._ask(
-            Command.SIM_STAT, Report.SIM_STAT, TruePose.from_packet, "the true pose (a simulator?)"
-        )
-        return answer.pose
+        self._check()
+        question = make_integer_command(Command.SIM_STAT, 1)
+        packet = self._link.ask(question, Report.SIM_STAT, tries=ASK_TRIES, each=ASK_EACH)
+        if packet is None:
+            raise DeviceTimeout(
+                f"{self.address}: the robot does not report the true pose (a simulator?)"
+            )
+        try:
+            return TruePose.from_packet(packet).pose
+        except PacketError as error:
+            raise DeviceError(f"{self.address}: {error}") from error
 
     def close(self) -> None:
         """Stop the robot, switch its motors off, end the session; again does no harm."""
@@ -362,19 +344,6 @@ class Pioneer:
         question = make_integer_command(Command.CONFIG, 1)
         answer = self._link.ask(question, Report.CONFIG, tries=SET_TRIES, each=ASK_EACH)
         return None if answer is None else Configuration.from_packet(answer)
-
-    def _ask(
-        self, command: Command, kind: Report, read: Callable[[Packet], Answer], what: str
-    ) -> Answer:
-        self._check()
-        question = make_integer_command(command, 1)
-        packet = self._link.ask(question, kind, tries=ASK_TRIES, each=ASK_EACH)
-        if packet is None:
-            raise DeviceTimeout(f"{self.address}: the robot does not report {what}")
-        try:
-            return read(packet)
-        except PacketError as error:
-            raise DeviceError(f"{self.address}: {error}") from error
 
     def _last(self) -> RobotState:
         state = self._control.state

@@ -106,12 +106,6 @@ class Body:
     def standing(self) -> bool:
         return self.speed == 0.0 and self.turning == 0.0
 
-    def place(self, truth: Truth) -> None:
-        """Put the robot somewhere else, as by hand; it stands."""
-        self.truth, self.speed, self.turning, self.blocked = truth, 0.0, 0.0, False
-        self._clear = 0.0
-        self._feel()
-
     def step(self) -> tuple[float, float]:
         """Advance by `STEP` seconds; distance and turn as the encoders counted them."""
         self.blocked = False
@@ -327,34 +321,20 @@ ARRAY = 8
 
 @dataclass(slots=True)
 class Sonars:
-    """Fires one sonar of each array every `period` seconds, in an order that can be set."""
+    """Fires one sonar of each array every `period` seconds, one after the other."""
 
     parameters: Parameters
     obstacles: Obstacles
     period: float
     on: bool = field(default=False, init=False)
-    _orders: list[list[int]] = field(default_factory=list, init=False)
     _fired: int = field(default=0, init=False)
     _since: float = field(default=0.0, init=False)
-
-    def __post_init__(self) -> None:
-        self.set_order(range(1, len(self.parameters.sonars) + 1))
 
     def switch(self, on: bool, now: float) -> None:
         """SONAR: they fire, from now on, or no longer."""
         if on and not self.on:
             self._since = now
         self.on = on
-
-    def set_order(self, numbers: range | bytes) -> None:
-        """POLLING: which sonars fire, by their numbers from 1 on; each array keeps its own."""
-        count = len(self.parameters.sonars)
-        valid = [number - 1 for number in numbers if 1 <= number <= count]
-        if not valid and len(numbers):
-            return
-        arrays = range(-(-count // ARRAY))
-        self._orders = [[i for i in valid if i // ARRAY == array] for array in arrays]
-        self._fired = 0
 
     def readings(self, now: float, truth: Truth) -> tuple[SonarReading, ...]:
         """The ranges measured since the last call: at most one for each sonar."""
@@ -364,9 +344,8 @@ class Sonars:
         self._since += self.period * due_count
         fired = min(due_count, ARRAY)
         indices: list[int] = []
-        for order in self._orders:
-            due = [order[(self._fired + i) % len(order)] for i in range(fired) if order]
-            indices += dict.fromkeys(due)
+        for first in range(0, len(self.parameters.sonars), ARRAY):
+            indices += [first + (self._fired + i) % ARRAY for i in range(fired)]
         self._fired += fired
         return tuple(SonarReading(i, self._measure(i, truth)) for i in indices)
 

@@ -16,8 +16,8 @@ from facetlog.robot.simulator.camera.viewpoint import Viewpoint
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
 from facetlog.robot.simulator.firmware.drive import Drive, Odometry
+from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import make_default_configuration
 from facetlog.robot.simulator.heads.canon import CanonHead
 from facetlog.robot.simulator.heads.sony import SonyHead
 from facetlog.robot.simulator.world_file import WorldSetup, make_scene
@@ -222,7 +222,7 @@ def _make_firmware(setup: WorldSetup) -> Firmware:
         rng=np.random.default_rng([setup.seed, MOTION_STREAM]),
     )
     return Firmware(
-        Drive(parameters, configuration, body, home=start),
+        Drive(parameters, configuration, body),
         Sonars(parameters, obstacles, (configuration.sonar_cycle or 0) / 1e3),
         position_bits=robot.position_bits,
         battery_v=robot.battery_v,

@@ -1,5 +1,6 @@
 """The world file of the simulator (TOML, documented in default_world.toml) and its scene."""
 
+import math
 import re
 from dataclasses import replace
 from importlib.resources import files
@@ -12,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
+from facetlog.robot.mount.mount import ANGLES, LENGTHS, Mount
 from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
@@ -127,6 +129,13 @@ class MountSetup:
     pinhole_ahead: FiniteFloat = 0.0
     pinhole_left: FiniteFloat = 0.0
     pinhole_up: FiniteFloat = 0.0
+
+    @property
+    def mount(self) -> Mount:
+        """The same in metres and radians."""
+        stated = {name: getattr(self, name) for name in LENGTHS}
+        stated |= {name: math.radians(getattr(self, f"{name}_deg")) for name in ANGLES}
+        return Mount(**stated)
 
 
 @dataclass(frozen=True, slots=True, config=FORM)

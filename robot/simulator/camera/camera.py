@@ -18,7 +18,7 @@ from facetlog.robot.simulator.camera.process import (
     encode_viewpoints,
     measure_smear_px,
 )
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, make_camera
 from facetlog.robot.simulator.simulation import LiveSimulation
 from facetlog.robot.simulator.world_file import WorldSetup
 
@@ -149,8 +149,8 @@ class Camera:
         """Whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
-        camera, mount = make_camera(self._setup.camera), self._setup.mount
-        then, now = camera_pose(start, mount), camera_pose(self._viewpoint(), mount)
+        camera, mount = make_camera(self._setup.camera), self._setup.mount.mount
+        then, now = start.camera_pose(mount), self._viewpoint().camera_pose(mount)
         moved = measure_smear_px(camera, then, now)
         return not math.isfinite(moved) or moved > OUTDATED_PX
 

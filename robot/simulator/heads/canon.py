@@ -39,7 +39,6 @@ MIDDLE_S = 5.0
 """For homing, seconds (ARIA, ArVCC4.h, waits 5 for it)."""
 ZOOM_RANGE_S = 3.0
 """From end to end of the zoom, seconds: assumed."""
-COARSE_ZOOM_HIGHEST = 0x80
 NO_EFFECT: Final = frozenset(
     {
         CanonCommand.FOCUS,
@@ -244,42 +243,21 @@ class CanonHead:
             case CanonCommand.TILT_SPEED:
                 self._tilt_speed = _digits(parameters, 3, model.slowest, model.fastest_tilt)
                 self._speed_up(now)
-            case CanonCommand.SPEED_REQUEST:
-                speeds = (self._pan_speed, self._tilt_speed)
-                return _say(hexadecimal(speeds[_one_of(parameters, 2)], 3))
-            case CanonCommand.SPEED_LIMIT_REQUEST:
-                ends = (model.slowest, model.fastest_pan, model.slowest, model.fastest_tilt)
-                return _say(hexadecimal(ends[_one_of(parameters, 4)], 3))
-            case CanonCommand.ANGLE_LIMIT_REQUEST:
-                pans, tilts = (-model.pan_limit, model.pan_limit), self._tilts()
-                return _say(encode_angle((*pans, *tilts)[_one_of(parameters, 4)]))
             case CanonCommand.RANGE:
                 self._set_range(parameters)
-            case CanonCommand.RANGE_REQUEST:
-                chosen = (self._pan_range, self._tilt_range)[_one_of(parameters, 2)]
-                return _say(b"".join(encode_angle(end) for end in chosen))
             case CanonCommand.ZOOM:
                 counts = _digits(parameters, 4, 0, model.zoom_highest)
                 if zooming:
                     return BUSY
                 self._zoom = self._zoom.to(counts, model.zoom_highest / ZOOM_RANGE_S, now)
-            case CanonCommand.ZOOM_DRIVE:
-                self._zoom = self._zoom.stopped(now)
-                if way := _one_of(parameters, 3):
-                    end = (0, model.zoom_highest)[way - 1]
-                    self._zoom = self._zoom.to(end, model.zoom_highest / ZOOM_RANGE_S, now)
             case CanonCommand.ZOOM_REQUEST:
                 counts = model.zoom_highest if parameters == b"3" else round(self._zoom.at(now))
-                return _say(hexadecimal(counts, 4)) if parameters in (b"0", b"3") else WRONG
-            case CanonCommand.COARSE_ZOOM_REQUEST:
-                share = self._zoom.at(now) / model.zoom_highest
-                return _say(hexadecimal(round(COARSE_ZOOM_HIGHEST * share), 2))
+                if parameters not in (b"0", b"3"):
+                    return WRONG
+                return Answer(CanonError.NONE, hexadecimal(counts, 4))
             case _:
                 return WRONG
         return DONE
-
-    def _tilts(self) -> tuple[int, int]:
-        return self._model.tilt_lowest, self._model.tilt_highest
 
     def _speed_up(self, now: float) -> None:
         """A new speed holds for the motion under way as well (manual, page 27)."""
@@ -293,17 +271,16 @@ class CanonHead:
     def _set_range(self, parameters: bytes) -> None:
         axis = _one_of(parameters[:1], 2)
         lowest, highest = position_of(parameters[1:])
-        widest = self._tilts() if axis else (-self._model.pan_limit, self._model.pan_limit)
+        model = self._model
+        widest = (-model.pan_limit, model.pan_limit)
+        if axis:
+            widest = (model.tilt_lowest, model.tilt_highest)
         if not (_within(lowest, widest) and _within(highest, widest) and lowest <= highest):
             raise CanonSyntaxError(f"{lowest} … {highest} is no range of this head")
         if axis:
             self._tilt_range = (lowest, highest)
         else:
             self._pan_range = (lowest, highest)
-
-
-def _say(data: bytes) -> Answer:
-    return Answer(CanonError.NONE, data)
 
 
 def _one_of(parameters: bytes, choices: int) -> int:

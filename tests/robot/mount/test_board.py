@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.mount.board import Board, Corners, straight_pixels
+from facetlog.robot.mount.board import Board, straight_pixels
 from facetlog.robot.tour import tour_camera
 
 CAMERA = tour_camera()
@@ -62,21 +62,6 @@ def test_a_charuco_board_is_known_by_a_part_of_it() -> None:
     assert part is not None
     assert len(part.points) < len(whole.points)
     assert np.linalg.norm(part.pixels - _projected(part.points), axis=1).max() < 0.5
-
-
-@pytest.mark.parametrize("board", [CHARUCO, CHESS])
-def test_a_picture_without_the_board_has_no_corners(board: Board) -> None:
-    noise = np.random.default_rng(0).integers(0, 255, (480, 640)).astype(np.uint8)
-    assert board.corners(noise) is None
-
-
-def test_colour_is_read_as_grey() -> None:
-    grey = _shown(CHARUCO)
-    colour = np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-    one, two = CHARUCO.corners(grey), CHARUCO.corners(colour)
-    assert isinstance(one, Corners)
-    assert isinstance(two, Corners)
-    np.testing.assert_allclose(one.pixels, two.pixels)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,6 @@ from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.packets.reports import (
     Configuration,
-    Encoders,
-    InputsOutputs,
     Names,
     Report,
     ServerInformation,
@@ -142,10 +140,6 @@ class ScriptedRobot:
                 self._set(turning_deceleration=-value)
             case Command.CONFIG if self.configuration is not None:
                 self.say(replace(self.configuration, subclass=self.model).to_packet())
-            case Command.ENCODER:
-                self.say(Encoders(-70000, 123456).to_packet())
-            case Command.IOREQUEST:
-                self.say(InputsOutputs(b"\x0f", b"\xf0", (512, 3)).to_packet())
             case Command.SIM_STAT:
                 self.say(TruePose(Pose2(self.x, self.y, self.heading)).to_packet())
             case Command.TTY2 if isinstance(argument, bytes):

@@ -124,16 +124,6 @@ def test_a_program_that_is_held_up_while_the_robot_stands_has_lost_nothing() -> 
     assert Cause.HELD_UP not in causes(drive)
 
 
-def test_zeros_go_before_anything_that_somebody_else_sends_after_a_gap() -> None:
-    drive = moving()
-    drive.hang(3.0)
-    since, where = drive.now, way(drive.robot)
-    drive.send(Packet(42, b"\x2b\x01\x81"))
-    assert drive.names(since) == ["VEL 0", "RVEL 0", "TTY2 81"]
-    drive.run(1.0)
-    assert way(drive.robot) - where < 0.005
-
-
 def test_no_reports_for_half_a_second_stop_the_robot_and_their_return_lets_it_go_on() -> None:
     drive = moving()
     drive.silent = True
@@ -236,12 +226,6 @@ def test_a_low_battery_stops_the_robot_but_a_dip_does_not() -> None:
         drive.control.drive(0.1, 0.0, 0.3, drive.now)
 
 
-def test_a_battery_that_is_not_reported_is_not_low() -> None:
-    drive = Drive(ScriptedRobot(battery=0))
-    drive.run(3.0, (0.2, 0.0))
-    assert causes(drive) == []
-
-
 def test_motors_are_off_until_they_are_switched_on() -> None:
     drive = Drive(enabled=False)
     assert drive.state.motors_on is False
@@ -301,12 +285,6 @@ def test_only_bumpers_that_there_are_stall_the_wheels(
         configuration=replace(CONFIGURATION, front_bumpers=front, rear_bumpers=rear)
     )
     assert [name for name in Drive(robot).names() if name.startswith("BUMPSTALL")] == expected
-
-
-def test_a_robot_that_says_nothing_of_itself_is_driven_all_the_same() -> None:
-    drive = moving(Drive(ScriptedRobot(configuration=None)))
-    assert not any(name.startswith("BUMPSTALL") for name in drive.names())
-    assert drive.control.parting() == []
 
 
 def test_the_robots_own_settings_are_given_back() -> None:

@@ -91,23 +91,6 @@ def test_a_close_that_the_robot_took_for_sync2_is_as_good_as_it() -> None:
     assert robot.session == "synchronised"
 
 
-def test_a_robot_that_has_lost_count_is_begun_with_again() -> None:
-    robot = ScriptedRobot()
-    robot._sync = 2
-    resets = 2
-
-    def answer(data: bytes, now: float, baud: int | None) -> bytes:
-        nonlocal resets
-        if data and resets:
-            resets -= 1
-            return Packet(0xFF).to_bytes()
-        return answering(robot)(data, now, baud)
-
-    line = Line(answer)
-    assert shake(line).names is not None
-    assert line.commands() == ["SYNC0", "SYNC0", "SYNC0", "SYNC1", "SYNC2"]
-
-
 def test_reports_in_the_midst_of_the_handshake_close_the_old_session() -> None:
     robot = ScriptedRobot()
     late = ScriptedRobot().report().to_packet().to_bytes()
@@ -138,14 +121,6 @@ def test_a_session_left_open_at_a_faster_rate_is_found_and_closed() -> None:
     machine = shake(line)
     assert (machine.names is not None, machine.baud) == (True, 38400)
     assert line.now < 103.0, "what comes in at the wrong rate tells so at once"
-
-
-def test_the_given_rate_is_the_only_one_tried() -> None:
-    line = Line(answering(ScriptedRobot(), at_baud=9600), bauds=(19200,))
-    machine = shake(line)
-    assert isinstance(machine.failure, DeviceTimeout)
-    assert {baud for _, baud, _ in line.writes} == {19200}
-    assert "19200 baud" in str(machine.failure)
 
 
 def test_a_silent_serial_line_is_tried_at_every_rate_and_given_up() -> None:

@@ -58,14 +58,6 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
     assert found[0].names.name == "scripted"
 
 
-def test_what_was_thought_of_the_motors_of_old_firmware_comes_back_too(tmp_path: Path) -> None:
-    path = tmp_path / "traffic.jsonl"
-    live = drive_and_log(path, robot=ScriptedRobot(model="p2dx", reports_motors=False))
-    again = {s.at: s for s in replayed_states(replay(path))}
-    assert {s.motors_on for s in live} == {False, None, True}
-    assert [again[s.at] for s in live] == live
-
-
 def test_a_line_that_a_kill_cut_off_does_no_harm(tmp_path: Path) -> None:
     path = tmp_path / "traffic.jsonl"
     drive_and_log(path, seconds=0.2)

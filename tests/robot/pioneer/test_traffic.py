@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.errors import InputError
 from facetlog.robot.pioneer.packets.commands import (
     Command,
     make_integer_command,
@@ -43,11 +42,6 @@ def test_bytes_are_kept_as_they_came_and_named_where_a_packet_is_whole(tmp_path:
     log.close()
     assert [line["name"] for line in lines_of(log.path)] == ["", "SERAUX", "", "", "SERAUX"]
     assert lines_of(log.path)[0]["hex"] == "00" + wire[:3].hex()
-
-
-def test_a_log_that_cannot_be_opened_is_the_users_matter(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be written"):
-        TrafficLog(tmp_path / "missing" / "traffic.jsonl")
 
 
 def test_a_full_disk_is_said_once_and_nothing_else_happens() -> None:

@@ -15,8 +15,8 @@ from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars, Truth
 from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import make_default_configuration
 
 ROBOT_HEIGHT = 0.24
 ORIGIN, EXACT = Truth(0.0, 0.0, 0.0), MotionErrors()
@@ -39,7 +39,7 @@ def make_firmware(
     track = 2 / parameters.turning_per_speed
     body = Body(track, start, errors=errors, surroundings=obstacles, rng=rng)
     return Firmware(
-        Drive(parameters, configuration, body, home=start),
+        Drive(parameters, configuration, body),
         Sonars(parameters, obstacles, period=0.04),
         position_bits=position_bits,
     )

@@ -15,7 +15,7 @@ from facetlog.robot.pioneer.packets.commands import (
 )
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.pioneer.packets.reports import ServerInformation
-from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import (
     HeadSetup,
@@ -85,14 +85,6 @@ class Driver:
         return self.simulation.firmware.drive.body.speed
 
 
-@given(st.lists(st.binary(max_size=20), max_size=20))
-def test_a_line_without_faults_passes_everything_at_once(pieces: list[bytes]) -> None:
-    whole = line()
-    for index, piece in enumerate(pieces):
-        whole.push(piece, float(index))
-    assert whole.pull(float(len(pieces))) == b"".join(pieces)
-
-
 def test_bytes_are_corrupted_and_lost_at_their_rates() -> None:
     data = bytes(range(250)) * 400
     bad = line()
@@ -119,63 +111,6 @@ def test_late_bytes_keep_their_order(rate: float, delay: float, count: int) -> N
     assert came + slow.pull(math.inf) == bytes(range(count))
 
 
-def test_a_frozen_line_gives_all_at_once_afterwards() -> None:
-    frozen = line()
-    frozen.frozen_until = 1.0
-    frozen.push(b"a", 0.1)
-    frozen.push(b"b", 0.9)
-    assert frozen.pull(0.99) == b""
-    assert frozen.pull(1.0) == b"ab"
-
-
-def test_a_schedule_gives_faults_in_their_order_and_ends_those_that_last() -> None:
-    schedule = Schedule()
-    schedule.add(5.0, Fault(FaultKind.STALL))
-    schedule.add(1.0, Fault(FaultKind.LOST, rate=0.5, seconds=2.0))
-    assert schedule.next_at == 1.0
-    assert [fault.on for fault in schedule.due(2.9)] == [True]
-    (ended,) = schedule.due(3.0)
-    assert (ended.kind, ended.on) == (FaultKind.LOST, False)
-    assert [fault.kind for fault in schedule.due(9.0)] == [FaultKind.STALL]
-    assert schedule.next_at is None
-
-
-def test_with_5_per_cent_corrupt_bytes_it_still_drives_and_no_false_report_comes() -> None:
-    driver = Driver()
-    driver.inject(FaultKind.CORRUPT, rate=0.05)
-    driver.hold(300, 20.0)
-    assert 5 < len(driver.reports) < 150, "most reports are hit, some come through"
-    for report in driver.reports:
-        assert 0 <= report.x * 0.485e-3 <= driver.x + 0.05
-        assert report.left == report.right
-    assert driver.x > 3.0
-
-
-def test_when_all_is_lost_the_watchdog_stops_the_robot() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.LOST, rate=1.0, seconds=6.0)
-    driver.hold(300, 4.0)
-    assert driver.speed == 0.0
-    stopped = driver.x
-    driver.hold(300, 1.9)
-    assert driver.x == stopped
-    driver.hold(300, 1.5)
-    assert driver.speed == pytest.approx(0.3)
-
-
-def test_a_frozen_link_of_half_a_second_does_not_stop_the_robot() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.FROZEN, seconds=0.5)
-    before = len(driver.reports)
-    driver.hold(300, 0.4)
-    assert len(driver.reports) == before
-    driver.hold(300, 0.2)
-    assert len(driver.reports) >= before + 5
-    assert driver.speed == pytest.approx(0.3)
-
-
 def test_a_link_frozen_for_longer_than_the_watchdog_stops_it_and_then_lets_it_go_on() -> None:
     driver = Driver()
     driver.hold(300, 2.0)
@@ -184,15 +119,6 @@ def test_a_link_frozen_for_longer_than_the_watchdog_stops_it_and_then_lets_it_go
     assert driver.speed == 0.0
     driver.command(make_plain_command(Command.PULSE), 1.5)
     assert driver.speed == pytest.approx(0.3)
-
-
-def test_late_bytes_come_when_they_are_due() -> None:
-    driver = Driver()
-    driver.inject(FaultKind.LATE, rate=1.0, delay=0.25)
-    driver.command(make_integer_command(Command.VEL, 300), 0.24)
-    assert driver.speed == 0.0
-    driver.listen(0.26)
-    assert driver.speed > 0.05
 
 
 def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
@@ -262,28 +188,6 @@ def test_a_silent_head_neither_hears_nor_answers_at_either_port() -> None:
         assert parrot.heard == b"abc"
         simulation.advance(8.0)
         assert said(simulation, port, 9.0) == b"abc"
-
-
-def test_the_camera_gets_its_faults() -> None:
-    simulation = Simulation(WorldSetup(head=HeadSetup(kind="none")))
-    simulation.inject(Fault(FaultKind.CAMERA_FROZEN), 1.0)
-    simulation.inject(Fault(FaultKind.CAMERA_SILENT, seconds=1.0), 1.0)
-    assert simulation.camera_frozen
-    assert simulation.camera_silent
-    simulation.advance(2.5)
-    assert simulation.camera_frozen
-    assert not simulation.camera_silent
-
-
-def test_the_same_seed_gives_the_same_session_whatever_the_faults() -> None:
-    ends = []
-    for seed in (3, 3, 4):
-        driver = Driver(seed=seed)
-        driver.inject(FaultKind.CORRUPT, rate=0.02)
-        driver.hold(300, 5.0)
-        ends.append((driver.x, len(driver.reports), driver.decoder.skipped))
-    assert ends[0] == ends[1]
-    assert ends[0] != ends[2]
 
 
 def test_a_robot_that_would_stand_in_a_solid_is_refused() -> None:

@@ -6,7 +6,6 @@ import socket
 import time
 import tty
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -52,19 +51,6 @@ def test_bytes_go_both_ways_over_tcp(server: socket.socket, form: str) -> None:
         port.set_baud(38400)
         port.close()
         assert accepted.recv(1) == b""
-    port.close()
-
-
-def test_a_server_that_served_before_it_hangs_up_is_not_said_to_serve_others(
-    server: socket.socket,
-) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    accepted = server.accept()[0]
-    accepted.sendall(b"report")
-    assert port.read(10.0) == b"report"
-    accepted.close()
-    with pytest.raises(DeviceError, match="what serves the robot there may have ended"):
-        port.read(10.0)
     port.close()
 
 
@@ -124,14 +110,6 @@ def test_an_adapter_that_is_pulled_out_is_said() -> None:
     with pytest.raises(DeviceError, match="serial line is gone"):
         port.write(b"\xfa")
     port.close()
-
-
-def test_a_missing_port_and_a_file_are_no_serial_lines(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match="no such port"):
-        open_port(f"serial:{tmp_path}/ttyUSB7")
-    (tmp_path / "file").touch()
-    with pytest.raises(DeviceError, match="not a serial line"):
-        open_port(str(tmp_path / "file"))
 
 
 @pytest.mark.parametrize(

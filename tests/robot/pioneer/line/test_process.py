@@ -2,7 +2,6 @@
 
 import os
 import pty
-import select
 import signal
 import socket
 import subprocess
@@ -214,29 +213,6 @@ def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
         robot.accept()
         robot.hears(BYE)
         assert process.stdin is not None  # closed now: the fork ends
-
-
-@pytest.mark.slow
-def test_on_a_serial_line_too_a_killed_driver_is_followed_by_stops() -> None:
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    arguments = [sys.executable, "-c", DRIVER, os.ttyname(slave), str(PATIENCE)]
-    heard = b""
-    try:
-        with subprocess.Popen(arguments, env=environment) as process:
-            deadline = time.monotonic() + PATIENCE
-            while not heard.endswith(OFF + BYE) and time.monotonic() < deadline:
-                if heard.endswith(b"<go>"):
-                    process.kill()
-                if select.select([master], [], [], 0.1)[0]:
-                    heard += os.read(master, 100)
-            process.kill()
-    finally:
-        os.close(master)
-        os.close(slave)
-    assert heard.startswith(b"<go>" + STOP)
-    assert heard.endswith(STOP + OFF + BYE)
 
 
 def test_a_serial_line_changes_its_rate_and_is_locked() -> None:

@@ -10,7 +10,6 @@ from facetlog.robot.pioneer.packets.commands import (
     make_integer_command,
     make_plain_command,
     make_text_command,
-    make_wheels_command,
     name_command,
     read_argument,
 )
@@ -27,11 +26,11 @@ def test_texts_come_back_zeros_and_all(text: bytes) -> None:
     assert read_argument(make_text_command(Command.TTY2, text)) == text
 
 
-def test_a_text_or_a_wheel_beyond_its_room_is_refused() -> None:
+def test_a_text_or_a_number_beyond_its_room_is_refused() -> None:
     with pytest.raises(ValueError, match="more than a command holds"):
         make_text_command(Command.TTY2, bytes(LARGEST_TEXT + 1))
-    with pytest.raises(ValueError, match="not within"):
-        make_wheels_command(128, 0)
+    with pytest.raises(ValueError, match="16 bits"):
+        make_integer_command(Command.VEL, 65536)
 
 
 @given(st.binary(max_size=252))
