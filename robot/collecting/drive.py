@@ -73,7 +73,7 @@ def free_ahead(sonars: Iterable[SonarRange], body: Body, at: float, speed: float
 
 
 def safe_speed(free: float) -> float:
-    """The speed (m/s) from which the robot stands before what is so many metres ahead.
+    """Return the speed (m/s) from which the robot stands before what is so many metres ahead.
 
     >>> [round(safe_speed(free), 2) for free in (0.02, 0.1, 0.5)]
     [0.0, 0.12, 0.42]
@@ -121,7 +121,7 @@ class Robot(Protocol):
 
     @property
     def halted(self) -> object | None:
-        """What stopped it and still blocks driving; the text is for people."""
+        """The problem that stopped it and still blocks driving; its text is for people."""
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
         """Move for as long as the lease, m/s and rad/s."""
@@ -130,7 +130,7 @@ class Robot(Protocol):
         """Stops."""
 
     def wait_for(self, condition: Callable[..., bool], timeout: float) -> RobotState:
-        """The first state of which the condition is true; DeviceTimeout if none is."""
+        """Return the first state of which the condition is true; DeviceTimeout if none is."""
 
 
 class MobileBase:
@@ -195,7 +195,7 @@ class MobileBase:
         self._drive(lambda here: turn_to_heading(here, heading, self._pace), 0.0)
 
     def stand(self, settle: float) -> RobotState:
-        """The report after the robot has stood still for `settle` seconds.
+        """Return the report after the robot has stood still for `settle` seconds.
 
         DeviceTimeout if it does not come to stand.
         """
@@ -257,7 +257,9 @@ class MobileBase:
         return fault
 
     def _within_sight(self, state: RobotState, motion: Motion) -> tuple[Motion, bool]:
-        """The same curve, no faster than the way ahead is free, and whether it is not at all."""
+        """Slow a motion down to what the free way ahead allows; return it, and whether the way
+        is blocked.
+        """
         if self._body is None or motion.speed <= 0:
             return motion, False
         free = free_ahead(state.sonars, self._body, state.at, state.speed)

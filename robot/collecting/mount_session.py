@@ -52,7 +52,8 @@ class BoardRig:
 
 
 def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
-    """Where the robot stands to see a board at (x, y, …), itself at the origin facing along x.
+    """Return where the robot stands to see a board at (x, y, …), itself at the origin facing along
+    x.
 
     No part of a robot of this radius comes within half a metre of the board.
 
@@ -71,7 +72,7 @@ def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
 
 
 def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sighting]:
-    """The board as seen from one station after the other; `report` gets a line for each.
+    """Yield the board as seen from one station after the other; `report` gets a line for each.
 
     InputError if the board is not found from where the robot begins.
     """
@@ -148,6 +149,6 @@ def _placed(rig: BoardRig, state: RobotState, corners: Corners, gaze: Gaze) -> P
 
 
 def _measure_offset(place: Pose, start: Pose2) -> tuple[float, float]:
-    """The board's corner on the floor, as seen from a place."""
+    """Return the board's corner on the floor, as seen from a place."""
     there = start.between(Pose2(float(place.centre[0]), float(place.centre[1]), 0.0))
     return there.x, there.y

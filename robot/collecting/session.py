@@ -62,10 +62,10 @@ class Stops(Protocol):
     """Stops, each of which may be chosen only when the views before it are written."""
 
     def __iter__(self) -> Iterator[Stop]:
-        """The stops in their order."""
+        """Return the stops in their order."""
 
     def __len__(self) -> int:
-        """How many there are at most."""
+        """Return how many there are at most."""
 
 
 class Guide(Protocol):
@@ -76,7 +76,7 @@ class Guide(Protocol):
         """The circles for the robot's middle on the way to the last stop that was given."""
 
     def avoid(self, fault: WayBlockedError) -> Circle | None:
-        """What is kept out of from now on; None if it cannot go on."""
+        """Return the circle to keep out of from now on; None if it cannot go on."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -292,7 +292,7 @@ def _describe_offset(off: Pose2) -> list[str]:
 def _shoot(
     camera: FrameSource, optics: Optics, after: float, others: list[Quality]
 ) -> tuple[Image, Quality, list[str]]:
-    """The picture, its quality and notes about it; a bad one is taken a second time."""
+    """Return the picture, its quality and notes about it; a bad one is taken a second time."""
     frame = camera.shot(after, SHOT_TIMEOUT)
     optics.check(frame.image)
     quality = measure_quality(frame.image)

@@ -65,7 +65,7 @@ class CanonCommand(IntEnum):
 
 
 class CanonError(IntEnum):
-    """What an answer says of the command."""
+    """The result of a command, in its answer."""
 
     NONE = 0x30
     BUSY = 0x31
@@ -92,7 +92,7 @@ class Answer:
 
 
 def hexadecimal(value: int, digits: int) -> bytes:
-    """A number in ASCII; ValueError if it needs more digits.
+    """Return a number in ASCII; ValueError if it needs more digits.
 
     >>> hexadecimal(613, 3)
     b'265'
@@ -103,7 +103,7 @@ def hexadecimal(value: int, digits: int) -> bytes:
 
 
 def number(text: bytes) -> int:
-    """The number that hexadecimal digits say; CanonSyntaxError if they are none."""
+    """Return the number that hexadecimal digits say; CanonSyntaxError if they are none."""
     try:
         digits = text.decode("ascii")
     except UnicodeDecodeError:
@@ -130,7 +130,7 @@ def position_of(data: bytes) -> tuple[int, int]:
 
 
 def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
-    """The frame of a command.
+    """Return the frame of a command.
 
     >>> encode_command(CanonCommand.POSITION_REQUEST).hex(" ")
     'ff 30 30 00 63 ef'
@@ -139,7 +139,7 @@ def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
 
 
 def move(pan: int, tilt: int) -> bytes:
-    """The frame that turns it to a place in counts.
+    """Return the frame that turns it to a place in counts.
 
     >>> move(800, -267)
     b'\\xff00\\x00b83207EF5\\xef'
@@ -148,7 +148,7 @@ def move(pan: int, tilt: int) -> bytes:
 
 
 def parse_command(frame: bytes) -> tuple[int, bytes]:
-    """The number of a command and its parameters; CanonSyntaxError if it is no command."""
+    """Return the number of a command and its parameters; CanonSyntaxError if it is no command."""
     if (
         len(frame) < len(COMMAND_HEADER) + 2
         or not frame.startswith(COMMAND_HEADER)
@@ -159,7 +159,7 @@ def parse_command(frame: bytes) -> tuple[int, bytes]:
 
 
 def parse_answer(frame: bytes) -> Answer:
-    """What an answer says; CanonSyntaxError if it is none.
+    """Decode an answer; CanonSyntaxError if it is none.
 
     >>> parse_answer(bytes.fromhex("FE 30 30 39 30 EF"))
     Answer(error=<CanonError.MODE: 57>, data=b'')

@@ -66,7 +66,7 @@ class CanonLine:
         self._line, self._clock = line, clock
 
     def ask(self, command: CanonCommand, parameters: bytes = b"", data: int = 0) -> Answer:
-        """The answer to a command, with so many bytes of data if it is no error.
+        """Return the answer to a command, with so many bytes of data if it is no error.
 
         A command whose answer was lost is sent again, so it must be idempotent. DeviceTimeout if
         the head never answers, DeviceError if no answer can be decoded.
@@ -103,7 +103,7 @@ class CanonLine:
         deadline: float,
         starting: bool = False,
     ) -> T:
-        """The answer as read by `decode`; the command is repeated while the head is busy.
+        """Return the answer as read by `decode`; the command is repeated while the head is busy.
 
         While it is `starting` it may report the wrong mode, too. DeviceTimeout at the deadline,
         DeviceError if it refuses.
@@ -355,7 +355,7 @@ class CanonVcC4:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """The position by `read` once the head has carried the command out."""
+        """Return the position by `read` once the head has carried the command out."""
         here: Counts = ()
         for _ in range(ATTEMPTS):
             self._order(command, parameters, deadline)

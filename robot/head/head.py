@@ -102,7 +102,7 @@ def wait_until_still(
     deadline: float,
     clock: Clock,
 ) -> tuple[Counts, bool]:
-    """The position at rest, by equal answers of `read`, and whether that is at `target`.
+    """Return the position at rest, by equal answers of `read`, and whether that is at `target`.
 
     At the target itself two equal answers are enough; within `tolerance` of it they must be equal
     for `STILL_S`, elsewhere, where it may not have begun to move, for `STARTING_S`. DeviceTimeout

@@ -80,7 +80,7 @@ class ViscaLine:
             return
 
     def ask(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T | Failed:
-        """The answer to an inquiry as read by `decode`, or why there is none.
+        """Return the answer to an inquiry as read by `decode`, or why there is none.
 
         The whole answer has `length` bytes. DeviceTimeout if the head never answers, DeviceError if
         no answer can be decoded.
@@ -97,7 +97,7 @@ class ViscaLine:
         return self._persist(inquiry, answer)
 
     def command(self, command: Command) -> Ack | Failed:
-        """The acknowledgement or refusal of a command; `completed` waits for its end.
+        """Return the acknowledgement or refusal of a command; `completed` waits for its end.
 
         A command whose answer was lost is sent again, so it must be idempotent. Errors as `ask`.
         """
@@ -111,7 +111,9 @@ class ViscaLine:
         return self._persist(command, answer)
 
     def completed(self, ack: Ack, timeout: float) -> bool:
-        """Whether the head reported completion of the command; False if it reported nothing."""
+        """Return whether the head reported completion of the command; False if it reported
+        nothing.
+        """
         try:
             reply = self._receive(ACK_BYTES, ERROR_BYTES, timeout)
         except (DeviceTimeout, ViscaSyntaxError):
@@ -138,7 +140,7 @@ class ViscaLine:
         self._line.close()
 
     def _receive(self, first: int, whole: int, timeout: float = REPLY_S) -> Reply:
-        """The next answer, of `first` or `whole` bytes."""
+        """Return the next answer, of `first` or `whole` bytes."""
         data = self._line.receive(first, timeout)
         if data[0] not in (CAMERA_1, 0x80 | BROADCAST):
             raise ViscaSyntaxError(f"{data.hex(' ')} begins no answer")
@@ -269,7 +271,7 @@ class SonyEviD30:
         return (self._inquired(Inquiry.ZOOM, ZOOM_BYTES, number),)
 
     def _inquired(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
-        """The answer; DeviceError if the head refuses it repeatedly."""
+        """Return the answer; DeviceError if the head refuses it repeatedly."""
         reply = self._line.ask(inquiry, length, decode)
         for _ in range(ATTEMPTS - 1):
             if not isinstance(reply, Failed):
@@ -290,7 +292,7 @@ class SonyEviD30:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """The position by `read` once the head has carried the command out."""
+        """Return the position by `read` once the head has carried the command out."""
         reason = ""
         for _ in range(ATTEMPTS):
             reply = self._line.command(command)

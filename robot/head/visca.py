@@ -62,13 +62,6 @@ class Power:
 
 
 @dataclass(frozen=True, slots=True)
-class Cancel:
-    """Cancels the command of a socket."""
-
-    socket: int
-
-
-@dataclass(frozen=True, slots=True)
 class AddressSet:
     """Number the cameras of a chain: the first takes 1, and hands on the next number."""
 
@@ -90,7 +83,7 @@ class Inquiry(Enum):
     POSITION = bytes.fromhex("09 06 12")
 
 
-Command = AbsoluteMove | Drive | ZoomTo | Power | Cancel | AddressSet | Fixed | Inquiry
+Command = AbsoluteMove | Drive | ZoomTo | Power | AddressSet | Fixed | Inquiry
 
 ABSOLUTE, DRIVE = bytes.fromhex("01 06 02"), bytes.fromhex("01 06 01")
 ZOOM_TO, POWER = bytes.fromhex("01 04 47"), bytes.fromhex("01 04 00")
@@ -113,7 +106,9 @@ def nibbles(value: int) -> bytes:
 
 
 def number(data: bytes) -> int:
-    """The signed number of 16 bits in four half bytes; ViscaSyntaxError if they are not that."""
+    """Return the signed number of 16 bits in four half bytes; ViscaSyntaxError if they are not
+    that.
+    """
     if len(data) != 4 or any(byte > 0xF for byte in data):
         raise ViscaSyntaxError(f"{data.hex(' ')} is no number in four half bytes")
     value = sum(byte << shift for byte, shift in zip(data, (12, 8, 4, 0), strict=True))
@@ -140,8 +135,6 @@ def _body(command: Command) -> bytes:
             return ZOOM_TO + nibbles(counts)
         case Power(on):
             return POWER + bytes([ON if on else OFF])
-        case Cancel(socket):
-            return bytes([0x20 | socket])
         case AddressSet():
             return ADDRESS_ONE
         case Fixed() | Inquiry():
@@ -149,7 +142,7 @@ def _body(command: Command) -> bytes:
 
 
 def parse_command(frame: bytes) -> tuple[int, Command]:
-    """The address and command of a frame; ViscaSyntaxError if it is no known command.
+    """Return the address and command of a frame; ViscaSyntaxError if it is no known command.
 
     >>> parse_command(bytes.fromhex("81 09 06 12 FF"))
     (1, <Inquiry.POSITION: b'\\t\\x06\\x12'>)
@@ -167,8 +160,6 @@ def _command(body: bytes) -> Command:
         for member in kind:
             if member.value == body:
                 return member
-    if len(body) == 1 and body[0] >> 4 == 2:
-        return Cancel(body[0] & 0xF)
     if body == ADDRESS_ONE:
         return AddressSet()
     reader = READERS.get(body[:3])
@@ -236,8 +227,6 @@ class ViscaError(IntEnum):
     BUFFER_FULL = 0x03
     """Both sockets are taken."""
     CANCELLED = 0x04
-    NO_SOCKET = 0x05
-    """There was nothing to cancel."""
     NOT_EXECUTABLE = 0x41
     """Not now: it is off, or starting."""
 

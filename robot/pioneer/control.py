@@ -79,7 +79,7 @@ class Motion:
         return self._until if any(self._sent) else self._pair_at + LONGEST_LEASE
 
     def stopping(self) -> list[Packet]:
-        """The packets that stop the robot as it was commanded last, hard if it must be."""
+        """Return the packets that stop the robot as it was commanded last, hard if it must be."""
         zeros = [make_integer_command(Command.VEL, 0), make_integer_command(Command.RVEL, 0)]
         hard = not self._limits.brakes_in_time(*self.commanded)
         return [make_plain_command(Command.ESTOP), *zeros] if hard else zeros
@@ -125,16 +125,18 @@ class Motion:
             self._stands = True
 
     def take_ended(self) -> tuple[Cause, str] | None:
-        """Why the last lease ended if it ran out or its thread did; returned once."""
+        """Return why the last lease ended if it ran out or its thread did; returned once."""
         ended, self._ended = self._ended, None
         return ended
 
     def held_up(self, now: float) -> bool:
-        """Whether nothing was sent for so long that the watchdog may have stopped the robot."""
+        """Return whether nothing was sent for so long that the watchdog may have stopped the
+        robot.
+        """
         return now - self._last_out >= self._gap
 
     def before_other(self, now: float) -> list[Packet]:
-        """The packets that must precede another part's packet at `now`."""
+        """Return the packets that must precede another part's packet at `now`."""
         packets = self._zeros_first(now)
         self._last_out = now
         return packets
@@ -148,7 +150,7 @@ class Motion:
                 self._sent = (value, turning) if packet.kind == Command.VEL else (speed, value)
 
     def advance(self, now: float) -> list[Packet]:
-        """The packets to send at `now`."""
+        """Return the packets to send at `now`."""
         packets = self._zeros_first(now)
         if packets:
             return packets
@@ -254,7 +256,7 @@ class Control:
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """What went wrong so far, the last thousand."""
+        """The last thousand problems so far."""
         return tuple(self._problems)
 
     def new_problems(self) -> list[Problem]:
@@ -286,7 +288,7 @@ class Control:
             self._last_sign = self._looked
 
     def advance(self, now: float) -> list[Packet]:
-        """The packets to send at `now`."""
+        """Return the packets to send at `now`."""
         self._check_link(now)
         packets = self.motion.advance(now)
         if (ended := self.motion.take_ended()) is not None:
@@ -346,7 +348,7 @@ class Control:
         self.halted = None
 
     def switching(self, on: bool) -> list[Packet]:
-        """The packets that switch the motors, to be sent slowly."""
+        """Return the packets that switch the motors, to be sent slowly."""
         self.motion.rest()
         if not on:
             return [make_integer_command(Command.ENABLE, 0)]

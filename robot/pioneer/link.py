@@ -61,7 +61,9 @@ class Inbox:
             self._packets.clear()
 
     def take(self, timeout: float) -> Packet | None:
-        """The oldest, or None if there is none within so many seconds; DeviceError if lost."""
+        """Return the oldest, or None if there is none within so many seconds; DeviceError if
+        lost.
+        """
         with self._link.changed:
             self._link.wait_until(lambda: bool(self._packets), timeout)
             return self._packets.popleft().packet if self._packets else None
@@ -107,7 +109,7 @@ class Link:
         self._wake.set()
 
     def inbox(self, kind: int) -> Inbox:
-        """The queue for packets of a kind, from now on; one for each kind."""
+        """Return the queue for packets of a kind, from now on; one for each kind."""
         with self.changed:
             return self._inboxes.setdefault(kind, Inbox(self))
 
@@ -117,7 +119,7 @@ class Link:
             self._callbacks.append(callback)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Whether it holds within so many seconds; the lock is held. DeviceError if lost."""
+        """Return whether it holds within so many seconds; the lock is held. DeviceError if lost."""
         deadline = time.monotonic() + timeout
         while not condition():
             self.control.check()
@@ -142,7 +144,7 @@ class Link:
             self.control.check()
 
     def send_anyway(self, *packets: Packet, slowly: bool = False) -> None:
-        """The same, also if the link is lost: it may or may not arrive."""
+        """Send commands also if the link is lost: they may or may not arrive."""
         spacing = SLOW_SPACING if slowly else self._spacing
         for packet in packets:
             with self._others:
@@ -159,7 +161,7 @@ class Link:
                     self._put(data)
 
     def ask(self, question: Packet, kind: int, *, tries: int, each: float) -> Packet | None:
-        """The answer of a kind to a request, or None; `tries` requests, `each` s apart."""
+        """Return the answer of a kind to a request, or None; `tries` requests, `each` s apart."""
         inbox = self.inbox(kind)
         inbox.clear()
         for _ in range(tries):

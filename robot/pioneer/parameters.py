@@ -40,7 +40,7 @@ class SonarPlace:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """Of one model, in metres, radians and seconds for each of the robot's units."""
+    """The parameters of one model: metres, radians and seconds for each of the robot's units."""
 
     name: str
     distance: float
@@ -150,7 +150,7 @@ MODELS: Mapping[str, Parameters] = MappingProxyType({each.name: each for each in
 
 
 def parameters_of(subclass: str) -> Parameters:
-    """Of the model that a robot names in its answer to SYNC2; KeyError if it is not known.
+    """Return the parameters of a model named in the answer to SYNC2; KeyError if it is unknown.
 
     >>> parameters_of("P3DX").width
     0.425

@@ -101,7 +101,7 @@ class Pioneer:
         errors: OdometryErrors | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> Self:
-        """A robot at an address (see `open_port`), its motors off.
+        """Return a robot at an address (see `open_port`), its motors off.
 
         The line of an address is owned by a process of its own, which stops the robot when this
         one dies or is suspended; a port that is given has no such process, and may have a `clock`
@@ -156,7 +156,7 @@ class Pioneer:
 
     @property
     def limits(self) -> Limits:
-        """Those in force: the ones given, no higher than the robot's own."""
+        """The limits in force: the given ones, no higher than the robot's own."""
         return self._control.limits
 
     @property
@@ -169,7 +169,7 @@ class Pioneer:
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """What went wrong since connecting, the last thousand."""
+        """The last thousand problems since connecting."""
         with self._link.changed:
             return self._control.problems
 
@@ -248,7 +248,8 @@ class Pioneer:
         self._link.send(make_integer_command(Command.SONAR, int(on)))
 
     def wait_for(self, condition: Callable[[RobotState], bool], timeout: float) -> RobotState:
-        """The first state from now on that meets a condition; DeviceTimeout if none does in time.
+        """Return the first state from now on that meets a condition; DeviceTimeout if none does in
+        time.
 
         The present state counts. DeviceError if the link is lost meanwhile.
         """
@@ -263,7 +264,9 @@ class Pioneer:
         return AuxLine(self._link, number)
 
     def true_pose(self) -> Pose2:
-        """Where a simulated robot truly is in its world; DeviceTimeout if it is not simulated."""
+        """Return where a simulated robot truly is in its world; DeviceTimeout if it is not
+        simulated.
+        """
         self._check()
         question = make_integer_command(Command.SIM_STAT, 1)
         packet = self._link.ask(question, Report.SIM_STAT, tries=ASK_TRIES, each=ASK_EACH)
@@ -317,7 +320,7 @@ class Pioneer:
         self._link.send_anyway(*rest, slowly=True)
 
     def _farewell(self) -> list[Packet]:
-        """What ends a session, to be sent slowly: motors off, the robot's own settings, CLOSE."""
+        """Return the commands that end a session: motors off, the robot's own settings, CLOSE."""
         off, close = make_integer_command(Command.ENABLE, 0), make_plain_command(Command.CLOSE)
         return [off, *self._control.parting(), close]
 

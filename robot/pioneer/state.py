@@ -236,7 +236,9 @@ class Odometry:
 
 
 def _is_motion(step: _Step, before: _Reading) -> bool:
-    """Whether a robot can have moved so since a reading, though either may have come late."""
+    """Return whether a robot can have moved so since a reading, though either may have come
+    late.
+    """
     seconds = max(0.0, step.seconds)
     way = before.speed * (seconds + LATE) + HARDEST * seconds**2 / 2 + JUMP
     turn = before.turning * (seconds + LATE) + HARDEST_TURN * seconds**2 / 2 + TURN_JUMP
@@ -317,7 +319,9 @@ class StateMaker:
         """For models that do not report it: the state inferred from their behaviour."""
 
     def state(self, sip: ServerInformation, at: float) -> tuple[RobotState, str | None]:
-        """The state after a report that came at `at`, and why odometry is unreliable, if it is."""
+        """Return the state after a report that came at `at`, and why odometry is unreliable, if
+        it is.
+        """
         p = self._parameters
         doubt = self._odometry.update(sip, at)
         for reading in sip.sonar:

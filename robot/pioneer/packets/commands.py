@@ -61,7 +61,7 @@ class Command(IntEnum):
 
 
 def make_plain_command(command: Command) -> Packet:
-    """A command without an argument.
+    """Return a command without an argument.
 
     >>> make_plain_command(Command.STOP).to_bytes().hex(" ")
     'fa fb 03 1d 00 1d'
@@ -70,7 +70,7 @@ def make_plain_command(command: Command) -> Packet:
 
 
 def make_integer_command(command: Command, value: int) -> Packet:
-    """A command with an integer: its magnitude, and its sign in the type of the argument.
+    """Return a command with an integer: its magnitude, and its sign in the type of the argument.
 
     ValueError if the magnitude does not fit into 16 bits.
 
@@ -83,7 +83,7 @@ def make_integer_command(command: Command, value: int) -> Packet:
 
 
 def make_text_command(command: Command, text: bytes) -> Packet:
-    """A command with bytes, their number before them; ValueError if there are too many.
+    """Return a command with bytes, their number before them; ValueError if there are too many.
 
     >>> make_text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")).to_bytes().hex(" ")
     'fa fb 0a 2a 2b 05 81 09 06 12 ff 4b b1'
@@ -94,7 +94,7 @@ def make_text_command(command: Command, text: bytes) -> Packet:
 
 
 def read_argument(packet: Packet) -> int | bytes | None:
-    """The argument of a received command; None without one. PacketError if it is malformed.
+    """Return the argument of a received command; None without one. PacketError if it is malformed.
 
     An older text without a number of bytes, ended by a zero, is read as well.
 
@@ -117,7 +117,7 @@ def read_argument(packet: Packet) -> int | bytes | None:
 
 
 def name_command(packet: Packet) -> str:
-    """A command to the robot as people write it.
+    """Return a command to the robot as people write it.
 
     >>> name_command(Packet(11, bytes.fromhex("1B C8 00")))
     'VEL -200'

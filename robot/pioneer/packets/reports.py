@@ -93,7 +93,7 @@ class Names:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Names":
-        """The three strings of the answer; those that are missing are empty."""
+        """Return the three strings of the answer; those that are missing are empty."""
         parts = [part.decode("latin-1") for part in packet.payload.split(b"\0")]
         name, robot_class, subclass, *_ = [*parts, "", "", ""]
         return cls(name, robot_class, subclass)
@@ -232,7 +232,9 @@ class Configuration:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Configuration":
-        """The contents of a CONFIG packet; PacketError if not even class and subclass are in it."""
+        """Return the contents of a CONFIG packet; PacketError if not even class and subclass are
+        in it.
+        """
         data = packet.payload
         found = read_fields(LAYOUT, data)
         if "subclass" not in found:
@@ -306,7 +308,7 @@ class ServerInformation:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "ServerInformation":
-        """The contents of a packet of one of `SIP_KINDS`; PacketError if it is too short."""
+        """Return the contents of a packet of one of `SIP_KINDS`; PacketError if it is too short."""
         data = packet.payload
         if len(data) < HEAD.size:
             raise PacketError(f"a SIP of {len(data)} bytes is too short: {HEAD.size} at least")

@@ -95,7 +95,9 @@ class Camera:
             return self.next_shot(0, 0.0, timeout) is not None
 
     def next_shot(self, number: int, exposed: float, timeout: float) -> Shot | None:
-        """The newest after `number` whose exposure began after `exposed`; None if none comes."""
+        """Return the newest after `number` whose exposure began after `exposed`; None if none
+        comes.
+        """
         deadline = time.monotonic() + timeout
         with self._changed:
             while not self._stop.is_set():
@@ -146,7 +148,7 @@ class Camera:
             return simulation.viewpoint(at)
 
     def _outdated(self, start: Viewpoint, exposed: float) -> bool:
-        """Whether the picture is late and the camera has moved on since."""
+        """Return whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
         camera, mount = make_camera(self._setup.camera), self._setup.mount.mount

@@ -96,7 +96,9 @@ class Exposures:
         return self._sharp
 
     def _moving(self, start: Viewpoint, end: Viewpoint, smear: float) -> GreySum:
-        """The mean of the picture from the middle of the way, moved to moments of the exposure."""
+        """Return the mean of the picture from the middle of the way, moved to moments of the
+        exposure.
+        """
         pose = start.towards(end, 0.5).camera_pose(self._mount)
         sharp = self._render(pose, next((scale for least, scale in SCALES if smear >= least), 1.0))
         moments = min(MOST_MOMENTS, 2 + round(smear))

@@ -26,7 +26,7 @@ class Viewpoint:
         return camera_pose(Pose2(self.x, self.y, self.heading), mount, Gaze(self.pan, self.tilt))
 
     def towards(self, other: "Viewpoint", share: float) -> "Viewpoint":
-        """A viewpoint on the way to another one, of which little time lies between."""
+        """Return a viewpoint on the way to another one, of which little time lies between."""
         turn = float(np.remainder(other.heading - self.heading + np.pi, 2 * np.pi) - np.pi)
         return Viewpoint(
             self.x + share * (other.x - self.x),
@@ -38,7 +38,9 @@ class Viewpoint:
 
 
 def make_camera(setup: CameraSetup, scale: float = 1.0) -> Camera:
-    """The pinhole camera of a world file; `scale` makes its picture smaller, with the same view."""
+    """Return the pinhole camera of a world file; `scale` makes its picture smaller, with the
+    same view.
+    """
     across = np.deg2rad(setup.across_deg) / 2
     focal = float(setup.width / 2 / np.tan(across)) * scale
     width, height = round(setup.width * scale), round(setup.height * scale)

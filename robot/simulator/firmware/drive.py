@@ -11,25 +11,18 @@ from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.body import STEP, Body, Contacts, pressed
 
 
-@dataclass(frozen=True, slots=True)
-class Odometry:
-    """The firmware's pose estimate since odometry was last reset; metres and radians."""
-
-    x: float = 0.0
-    y: float = 0.0
-    heading: float = 0.0
-
-    def moved(self, way: float, turn: float) -> "Odometry":
-        """After a small way along an arc."""
-        middle = self.heading + turn / 2
-        return Odometry(
-            self.x + way * math.cos(middle),
-            self.y + way * math.sin(middle),
-            math.remainder(self.heading + turn, 2 * math.pi),
-        )
+def add_arc(pose: Pose2, way: float, turn: float) -> Pose2:
+    """Return the pose after a small way along an arc."""
+    middle = pose.heading + turn / 2
+    return Pose2(
+        pose.x + way * math.cos(middle),
+        pose.y + way * math.sin(middle),
+        math.remainder(pose.heading + turn, 2 * math.pi),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +34,7 @@ class Ramp:
     deceleration: float
 
     def towards(self, speed: float, goal: float, deceleration: float | None = None) -> float:
-        """The speed a step later on the way to a goal."""
+        """Return the speed a step later on the way to a goal."""
         goal = min(max(goal, -self.highest), self.highest)
         falls = self.deceleration if deceleration is None else deceleration
         if speed * goal < 0.0:
@@ -175,7 +168,7 @@ class Settings:
         return self.acceleration_top / 1e3, math.radians(self.turning_acceleration_top)
 
     def reported(self, configuration: Configuration) -> Configuration:
-        """The answer to CONFIG, with what has been set since."""
+        """Return the answer to CONFIG, with what has been set since."""
         return replace(
             configuration,
             speed_max=self.speed,
@@ -200,7 +193,8 @@ class Drive:
     body: Body
     motors: bool = field(default=False, init=False)
     stop_button: bool = field(default=False, init=False)
-    odometry: Odometry = field(default=Odometry(), init=False)
+    odometry: Pose2 = field(default=Pose2(), init=False)
+    """The firmware's pose estimate since odometry was last reset."""
     settings: Settings = field(init=False)
     contacts: Contacts = field(init=False)
     servo: Servo = field(init=False)
@@ -214,9 +208,8 @@ class Drive:
         ahead, turn = self.settings.ramps()
         self.servo = Servo(ahead, turn, *self.settings.hard_decelerations())
         self.contacts = Contacts((self.configuration.stall_count or 0) / 1e3)
-        self.odometry = Odometry()
+        self.odometry = Pose2()
         self.motors = False
-        self.body.left = self.body.right = 0.0
 
     def name_camera(self, address: str) -> None:
         """Report the camera's address in the serial number, unless the world file gives one."""
@@ -256,7 +249,7 @@ class Drive:
             body.speed = _nearer_zero(body.speed, falls[0] * STEP)
             body.turning = _nearer_zero(body.turning, falls[1] * STEP)
         way, turn = body.step()
-        self.odometry = self.odometry.moved(way, turn)
+        self.odometry = add_arc(self.odometry, way, turn)
         front, rear = self.bumpers()
         stalling = self.settings.bump_stall
         bumped = bool(front and stalling & 1) or bool(rear and stalling & 2)

@@ -14,7 +14,6 @@ from facetlog.robot.pioneer.packets.reports import (
     ServerInformation,
     TruePose,
 )
-from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.body import STEP, Sonars
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.firmware.drive import Drive
@@ -101,7 +100,7 @@ class Handshake:
         self._next = 0
 
     def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
-        """The answer to a packet, and whether it opened a session.
+        """Return the answer to a packet, and whether it opened a session.
 
         A SYNC out of order is answered with 0xFF, and the client has to start again. The previous
         one may be repeated, for its echo may have been lost. Anything else is echoed (Pioneer 2
@@ -205,7 +204,7 @@ class Firmware:
             self._waiting_since = now
 
     def pending(self, now: float) -> bytes:
-        """The bytes that the robot has sent up to `now`; each once."""
+        """Return the bytes that the robot has sent up to `now`; each once."""
         self.advance(now)
         said = bytes(self._out)
         self._out.clear()
@@ -264,7 +263,9 @@ class Firmware:
             self._report(now)
 
     def unattended(self, now: float) -> bool:
-        """Whether the watchdog holds the robot, which resumes with the next packet of any kind."""
+        """Return whether the watchdog holds the robot, which resumes with the next packet of any
+        kind.
+        """
         watchdog = (self.drive.configuration.watchdog_ms or 0) / 1e3
         return self.opened and 0 < watchdog < now - self._heard
 
@@ -375,7 +376,6 @@ class Firmware:
             self.baud, self._baud_trial = BAUD_RATES[value], now + BAUD_TRIAL
 
     def _true_pose(self) -> Packet:
-        truth, errors = self.drive.body.truth, self.drive.body.errors
-        pose = TruePose(Pose2(truth.x, truth.y, truth.heading))
+        errors = self.drive.body.errors
         shares = (errors.left, errors.right, errors.track)
-        return pose.to_packet(round(1e3 * self._cycle()), shares)
+        return TruePose(self.drive.body.truth).to_packet(round(1e3 * self._cycle()), shares)

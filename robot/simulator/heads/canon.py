@@ -111,11 +111,11 @@ class CanonHead:
                 self._frame.clear()
 
     def pending(self, now: float) -> bytes:
-        """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
+        """Return the bytes that it has sent up to `now` at its baud rate; each once."""
         return self._out.arrived(now)
 
     def angles(self, now: float) -> tuple[float, float, float]:
-        """Where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
+        """Return where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
         pan, tilt = angles_of(self._pan.at(now), self._tilt.at(now))
         return pan, tilt, self._zoom.at(now)
 
@@ -176,7 +176,7 @@ class CanonHead:
         self._tilt_range = (self._model.tilt_lowest, self._model.tilt_highest_at_first)
 
     def _pedestal(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """What moves the head."""
+        """Carry out a command that moves the head or asks for its position."""
         finding = now < self._initialized_at + MIDDLE_S
         moving = finding or now < max(self._pan.end, self._tilt.end)
         if command is CanonCommand.POSITION_REQUEST:
@@ -284,7 +284,7 @@ class CanonHead:
 
 
 def _one_of(parameters: bytes, choices: int) -> int:
-    """A digit below `choices`; CanonSyntaxError otherwise."""
+    """Return a digit below `choices`; CanonSyntaxError otherwise."""
     if len(parameters) != 1 or not (choice := number(parameters)) < choices:
         raise CanonSyntaxError(f"{parameters!r} is none of the {choices} choices")
     return choice

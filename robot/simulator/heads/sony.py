@@ -22,7 +22,6 @@ from facetlog.robot.head.visca import (
     Ack,
     AddressesSet,
     AddressSet,
-    Cancel,
     Cleared,
     Command,
     Completed,
@@ -119,7 +118,7 @@ MOST_UNREAD = 256
 
 
 class _Part(Enum):
-    """What a command occupies; commands for the same part wait for one another."""
+    """Parts of the head that a command occupies; commands for one part wait for one another."""
 
     HEAD = "head"
     ZOOM = "zoom"
@@ -170,12 +169,12 @@ class SonyHead:
             del self._frame[:-LONGEST_FRAME]
 
     def pending(self, now: float) -> bytes:
-        """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
+        """Return the bytes that it has sent up to `now` at its baud rate; each once."""
         self._advance(now)
         return self._out.arrived(now)
 
     def angles(self, now: float) -> tuple[float, float, float]:
-        """Where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
+        """Return where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
         self._advance(now)
         pan, tilt = self._model.angles(*self._motion.place(now))
         return pan, tilt, self._motion.zoom(now)
@@ -242,9 +241,6 @@ class SonyHead:
                 return Information(b"".join(nibbles(round(counts)) for counts in place))
 
     def _order(self, command: Command, now: float) -> None:
-        if isinstance(command, Cancel):
-            self._cancel(command.socket, now)
-            return
         if command is Fixed.CLEAR:
             self._clear(now)
             self._say(Information(b""), now)
@@ -295,16 +291,6 @@ class SonyHead:
             self._ready_at = math.inf
         self._on = on
         return self._ready_at if on and now < self._ready_at else now
-
-    def _cancel(self, socket: int, now: float) -> None:
-        running = self._sockets.pop(socket, None)
-        if running is None:
-            self._say(Failed(ViscaError.NO_SOCKET, socket), now)
-            return
-        if running.end is not None:
-            self._stop_axes(running.command, now)
-        self._say(Failed(ViscaError.CANCELLED, socket), now)
-        self._start_waiting(now)
 
     def _clear(self, now: float) -> None:
         for running in self._sockets.values():

@@ -2,28 +2,18 @@
 
 import math
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.types import Camera, Image
-from facetlog.robot.camera.checks import Quality
-from facetlog.robot.camera.optics import Optics
+from facetlog.perception.types import Camera
 from facetlog.robot.collecting.map_picture import (
-    MARGIN_PX,
-    TARGET,
     Box,
-    Floor,
-    _entries,
     find_floor_in_view,
     looked_at,
-    map_png,
     placed,
 )
-from facetlog.robot.collecting.record import Taken
-from facetlog.robot.collecting.route import Circle
 from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
@@ -65,36 +55,3 @@ def test_numbers_cover_neither_one_another_nor_what_is_drawn(
         assert box.outside(1000, 1000) == 0
         for other in (*boxes[:i], *drawn):
             assert box.shared(other) == 0
-
-
-TARGET_AT = np.array([1.0, 0.5, 0.0])
-
-
-def taken(place: Pose2, tilt: float) -> Taken:
-    """A view of a robot that stands there."""
-    pose = camera_pose(place, DEFAULT_MOUNT, Gaze(0.0, tilt))
-    sharp = Quality(1.0, 1.0, 0.0)
-    covariance = 1e-4 * np.eye(6)
-    return Taken(1, "1.png", pose, covariance, place, place, 0.0, tilt, 0, 1.0, sharp)
-
-
-def drawn(floor: Floor, *, tilt: float = -0.3) -> Image:
-    """The map of one view of a robot at the origin; at a tilt of 0 it looks far beyond the map."""
-    path = (Pose2(-0.5, 0.0), Pose2())
-    data = map_png(path, (taken(Pose2(), tilt),), floor, Optics(CAMERA))
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert image is not None
-    return image
-
-
-def of_colour(image: Image, colour: tuple[int, int, int]) -> int:
-    return int((image == colour).all(axis=2).sum())
-
-
-def test_the_target_is_drawn_and_named() -> None:
-    aim = drawn(Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25))
-    assert of_colour(aim[:MARGIN_PX], TARGET) > 10
-    assert of_colour(aim[MARGIN_PX:], TARGET) > 10
-    words = [text for text, *_ in _entries(2, Floor((), TARGET_AT, 0.25), found=False)]
-    assert words[:2] == ["2 views", "the robot"]
-    assert "looked at" in words

@@ -15,6 +15,7 @@ from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
@@ -261,3 +262,18 @@ def test_a_full_disk_that_takes_no_line_more_is_reported_all_the_same(
     assert "make room, then go on with --resume --start " in said
     assert said.count("--resume") == 1
     assert said.endswith("; 1 of 2 views are there")
+
+
+def test_the_map_shows_every_pose_and_the_circle(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    collect(scene.rig, scene.plan(1, 7, 13, 20).stops, scene.record, scene.heard)
+    missed = (0.0, 2.5)
+    floor = Floor((Circle(*TARGET[:2], 0.4),), TARGET, 0.25, (missed,))
+    data = map_png(scene.way, scene.record.taken, floor, OPTICS)
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    assert max(image.shape[:2]) == 1200
+    # The circle of 0.4 m, 3 pixels wide, on a picture of at least 3 pixels for a centimetre.
+    circle = (image == (150, 150, 240)).all(axis=2).sum()
+    assert circle > 0.5 * 2 * math.pi * 0.4 * 300 * 2
+    assert (image == (190, 120, 20)).all(axis=2).sum() > 500

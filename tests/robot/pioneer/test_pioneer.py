@@ -10,8 +10,6 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.guard import Cause, Problem
-from facetlog.robot.pioneer.packets.commands import Command
-from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.pioneer import Pioneer
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
@@ -136,31 +134,6 @@ def test_motors_that_stay_off_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
         pytest.raises(DeviceError, match="motors stay off"),
     ):
         robot.enable_motors()
-
-
-def test_settings_go_out_one_by_one_and_again_where_they_did_not_arrive() -> None:
-    scripted = ScriptedRobot()
-    take = scripted._take
-    lost: list[float] = []
-
-    def forgetful(packet: Packet, now: float) -> None:
-        if packet.kind == Command.SETRV and not lost:
-            lost.append(now)
-        else:
-            take(packet, now)
-
-    scripted._take = forgetful  # type: ignore[method-assign]
-    port = ScriptedPort(scripted)
-    with Pioneer.connect(port) as robot:
-        robot.enable_motors()
-        assert lost
-        assert scripted.configuration is not None
-        assert scripted.configuration.turning_max == 30
-        names = scripted.names()
-        assert [names.count(name) for name in ("SETV", "SETRV", "SETA", "SETRA")] == [1] * 4
-        times = [at for at, name, _ in scripted.commands if name in ("SETV", "SETA", "SETRA")]
-        assert max(times) - min(times) > 0.1  # 0.05 s each; the machine may be late for the first
-    assert scripted.configuration.speed_max == 750
 
 
 def test_motors_are_not_switched_on_while_the_stop_button_is_pressed() -> None:

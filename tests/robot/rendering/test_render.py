@@ -6,7 +6,7 @@ import pytest
 
 from facetlog.perception.types import Camera, FloatArray, Image, View
 from facetlog.robot.rendering.render import render
-from facetlog.robot.rendering.solids import cuboid, placed, printed
+from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.texture import Sheet
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, World
@@ -107,18 +107,6 @@ def test_noise_has_its_sd_and_blur_keeps_the_mean() -> None:
     image = render(world, SMALL, pose, noise_sd=5.0, blur_px=2.0, rng=np.random.default_rng(3))
     assert image.mean() == pytest.approx(120, abs=0.2)
     assert image.std() == pytest.approx(5.0, abs=0.2)
-
-
-def test_prints_belong_to_the_face_and_follow_the_seed() -> None:
-    sun = np.array([1.0, -2.0, 2.0])
-    pictures = [
-        clean(World((printed(cuboid(4, 4, 4), s),), None, sun), SMALL, [2, -9, 6], [0, 0, 2])
-        for s in (1, 1, 2)
-    ]
-    assert np.array_equal(pictures[0], pictures[1])
-    assert not np.array_equal(pictures[0], pictures[2])
-    plain = clean(World((cuboid(4, 4, 4),), None, sun), SMALL, [2, -9, 6], [0, 0, 2])
-    assert pictures[0][50:70, 70:90].std() > plain[50:70, 70:90].std() + 5
 
 
 def test_a_sheet_lies_on_the_floor_the_right_way_round() -> None:

@@ -27,7 +27,7 @@ from facetlog.robot.simulator.serving import web
 from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.station import ActiveClient
-from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
+from facetlog.robot.simulator.world_file import HeadSetup, WorldSetup
 from tests.patience import allowed
 from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until
 
@@ -102,24 +102,6 @@ def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
             time.sleep(0.7)
             client.next(0x33)
             client.write(make_plain_command(Command.CLOSE).to_bytes())
-    finally:
-        running.close()
-
-
-def test_a_client_at_the_other_end_does_not_end_the_session_of_the_first() -> None:
-    patient = RobotSetup(model="p3dx", config={"watchdog_ms": 60_000})
-    running = Running(WorldSetup(camera=SMALL, robot=patient), pty=True)
-    try:
-        client, line = over_tcp(running)
-        with line, serial.Serial(running.station.addresses.pty, 9600, timeout=0.1) as other:
-            client.connect()
-            for command in (Command.STOP, Command.CLOSE):
-                other.write(make_plain_command(command).to_bytes())
-            other.flush()
-            time.sleep(0.1)
-            client.ask(make_integer_command(Command.CONFIG, 1), 0x20)
-            assert running.state()["session"]
-            assert other.read(100) == b""
     finally:
         running.close()
 

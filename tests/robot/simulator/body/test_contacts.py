@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.packets.commands import Command
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.solids import cuboid, cylinder, placed, table
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.body import Obstacles, Truth
+from facetlog.robot.simulator.body import Obstacles
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 RADIUS = 0.25
@@ -92,7 +93,7 @@ def test_no_drive_takes_the_robot_into_a_solid(heading: float, speed: int, turni
         placed(BLOCK, 0.9 * math.cos(a), 0.9 * math.sin(a), yaw=a)
         for a in (math.tau * i / 12 for i in range(12))
     ]
-    client = connected(make_firmware("p3dx", *ring, start=Truth(0.0, 0.0, heading)))
+    client = connected(make_firmware("p3dx", *ring, start=Pose2(0.0, 0.0, heading)))
     obstacles = Obstacles.of(tuple(ring), radius=RADIUS, height=0.24)
     client.command(Command.VEL, speed)
     client.command(Command.RVEL, turning)

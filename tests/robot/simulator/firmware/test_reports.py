@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from facetlog.robot.pioneer.packets.commands import Command, make_integer_command
 from facetlog.robot.pioneer.packets.packet import Packet
 from facetlog.robot.pioneer.packets.reports import (
-    Configuration,
     ServerInformation,
 )
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.solids import cuboid, placed
-from facetlog.robot.simulator.body import MotionErrors, Truth
+from facetlog.robot.simulator.body import MotionErrors
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 
@@ -86,7 +86,7 @@ def test_headings_and_speeds_are_in_the_units_of_the_model() -> None:
 
 
 def test_sim_stat_gives_the_true_pose_in_amrisims_layout() -> None:
-    start = Truth(1.25, -0.5, math.radians(-30))
+    start = Pose2(1.25, -0.5, math.radians(-30))
     errors = MotionErrors(left=0.01, right=-0.02)
     client = connected(make_firmware(start=start, errors=errors))
     client.command(Command.SIM_STAT, 1)
@@ -102,17 +102,6 @@ def test_sim_stat_gives_the_true_pose_in_amrisims_layout() -> None:
     assert len(data) == 56
     client.command(Command.SIM_STAT, 2)
     assert kinds(client.wait(1.0)).count(0x62) == 10
-
-
-def test_config_is_complete_and_read_back_by_the_codec() -> None:
-    client = connected(make_firmware("p2dx"))
-    client.command(Command.CONFIG)
-    (packet,) = (p for p in client.wait(0.01) if p.kind == 0x20)
-    told = Configuration.from_packet(packet)
-    assert (told.robot_class, told.subclass) == ("Pioneer", "p2dx")
-    assert told.simulated
-    assert (told.cycle_ms, told.watchdog_ms, told.front_bumpers) == (100, 2000, 5)
-    assert None not in [getattr(told, name) for name in told.__dataclass_fields__]
 
 
 def test_sonars_fire_one_after_the_other_and_each_reading_is_reported_once() -> None:
@@ -152,7 +141,7 @@ def test_unknown_and_malformed_commands_change_nothing() -> None:
     ):
         client.say(packet)
     client.wait(1.0)
-    assert client.truth == Truth(0.0, 0.0, 0.0)
+    assert client.truth == Pose2(0.0, 0.0, 0.0)
     assert client.firmware.opened
 
 
@@ -179,4 +168,4 @@ def test_no_bytes_make_the_robot_fail_or_move(pieces: list[bytes]) -> None:
         client.firmware.receive(piece, client.now)
         client.wait(0.07)
     # a command out of random bytes has its checksum right once in 65,536
-    assert client.truth == Truth(0.0, 0.0, 0.0)
+    assert client.truth == Pose2(0.0, 0.0, 0.0)

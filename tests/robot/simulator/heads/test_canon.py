@@ -14,7 +14,6 @@ from facetlog.robot.head.canon import (
     CanonModel,
     encode_angle,
     encode_command,
-    hexadecimal,
     move,
     parse_answer,
     position_of,
@@ -82,19 +81,6 @@ def test_while_it_moves_it_takes_no_move_and_says_so() -> None:
     here = talk.place()
     assert 0 < here[0] < 875
     assert talk.ask(move(0, 0)) == OK
-
-
-def test_it_moves_at_the_speed_that_was_set() -> None:
-    talk = ready()
-    assert talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(100, 3))) == OK
-    talk.ask(move(-800, 0))
-    sent = talk.now - SOON
-    talk.now = sent + 3.0
-    assert math.degrees(talk.head.angles(talk.now)[0]) == pytest.approx(300 * 0.1125)
-    # A new speed holds for the move under way (manual, page 27).
-    talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(800, 3)))
-    talk.now += 0.7
-    assert talk.place() == (-800, 0)
 
 
 def test_a_c50i_is_switched_on_and_homes_only_when_commanded() -> None:

@@ -85,19 +85,6 @@ def test_a_second_move_waits_for_the_first() -> None:
     assert talk.place() == (0, 0)
 
 
-def test_a_cancelled_move_stops_where_it_is_and_is_not_completed() -> None:
-    talk = Talk()
-    talk.say(to_bytes(AbsoluteMove(0x370, 0)).hex())
-    assert talk.hear(0.5) == "90 41 FF"
-    assert talk.ask("81 21 FF") == "90 61 04 FF"
-    here = talk.place()
-    assert 300 < here[0] < 600
-    assert talk.hear(3.0) == ""
-    assert talk.place() == here
-    assert talk.ask("81 21 FF") == "90 61 05 FF"
-    assert talk.ask("81 23 FF") == "90 63 05 FF"
-
-
 @pytest.mark.parametrize(
     "frame",
     [
@@ -158,7 +145,6 @@ frames = st.one_of(
     ),
     st.builds(Drive, *(st.sampled_from([-1, 0, 1]),) * 2).map(to_bytes),
     st.sampled_from([*Fixed, *Inquiry]).map(to_bytes),
-    st.integers(0, 2).map(lambda socket: bytes([0x81, 0x20 | socket, 0xFF])),
     st.integers(-10, 1100).map(lambda zoom: b"\x81\x01\x04\x47" + nibbles(zoom) + b"\xff"),
     st.sampled_from([b"\x81\x01\x04\x00\x02\xff", b"\x81\x01\x04\x00\x03\xff"]),
     st.binary(max_size=20),

@@ -61,18 +61,6 @@ def test_a_second_client_is_turned_away_and_the_first_one_stays(tcp: TcpEndpoint
         assert eventually(lambda: tcp.read(BAUD)) == b"2"
 
 
-def test_a_client_that_calls_right_after_another_has_gone_is_taken(tcp: TcpEndpoint) -> None:
-    with dial(tcp) as first:
-        first.sendall(b"x")
-        eventually(lambda: tcp.read(BAUD))
-        first.sendall(b"good-bye")
-    with dial(tcp) as second:
-        # both are there at one look: the last words, the end, and the next client
-        assert eventually(lambda: tcp.read(BAUD)) == b"good-bye"
-        second.sendall(b"hello")
-        assert eventually(lambda: tcp.read(BAUD)) == b"hello"
-
-
 def test_a_client_that_does_not_read_does_not_stop_the_robot(tcp: TcpEndpoint) -> None:
     with dial(tcp) as client:
         client.sendall(b"x")
