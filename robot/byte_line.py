@@ -24,7 +24,7 @@ class ByteLine(Protocol):
         """Send all of `data`."""
 
     def receive(self, count: int, timeout: float) -> bytes:
-        """The next `count` bytes, waiting `timeout` seconds at most.
+        """Return the next `count` bytes, waiting `timeout` seconds at most.
 
         DeviceTimeout if they are not all there by then; what did come stays for the next call.
         """
@@ -37,7 +37,7 @@ class BytePort(Protocol):
     """A port with no more than bytes: a serial port or a socket (`robot/pioneer/line/port.py`)."""
 
     def read(self, timeout: float, /) -> bytes:
-        """What is there, at least one byte; b"" if nothing came in `timeout` seconds."""
+        """Return the bytes that came, at least one; b"" after `timeout` seconds without any."""
 
     def write(self, data: bytes, /) -> None:
         """Send all of it."""
@@ -63,7 +63,9 @@ class PortLine:
         self._port.write(data)
 
     def receive(self, count: int, timeout: float) -> bytes:
-        """The next `count` bytes; DeviceTimeout if they are not there in `timeout` seconds."""
+        """Return the next `count` bytes; DeviceTimeout if they are not there in `timeout`
+        seconds.
+        """
         deadline = time.monotonic() + timeout
         while len(self._came_in) < count:
             left = deadline - time.monotonic()

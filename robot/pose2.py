@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 
 def wrapped(angle: float) -> float:
-    """The same direction within (-π, π], radians.
+    """Wrap an angle into (-π, π], radians.
 
     >>> round(wrapped(1.5 * math.pi) / math.pi, 9)
     -0.5
@@ -40,7 +40,7 @@ class Pose2:
         )
 
     def inverse(self) -> "Pose2":
-        """The inverse: the pose of the reference frame in this pose's own frame."""
+        """Return the inverse: the pose of the reference frame in this pose's own frame."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         return Pose2(
             -c * self.x - s * self.y,

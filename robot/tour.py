@@ -16,7 +16,8 @@ TOUR_ANGLE_ACROSS_DEG = 65.0
 
 
 def tour_camera() -> Camera:
-    """The camera of the tour: 640 x 480 pixels, 65 degrees across, principal point in the middle.
+    """Return the camera of the tour: 640 x 480 pixels, 65 degrees across, principal point in the
+    middle.
 
     >>> round(tour_camera().fx, 2)
     502.3
@@ -28,7 +29,8 @@ def tour_camera() -> Camera:
 
 
 def tour_poses() -> tuple[Pose, ...]:
-    """The 24 poses of the paper's figure 8, in inches, with its three misprinted pans put right.
+    """Return the 24 poses of the paper's figure 8, in inches, with its three misprinted pans put
+    right.
 
     Figures from robot/tour.csv, which keeps the printed angles beside the ones used: pans of
     set 1 map 1 and set 4 maps 5 and 6 look away from the block as printed, and the printed tilts

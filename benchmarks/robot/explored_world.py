@@ -40,7 +40,7 @@ from facetlog.robot.rendering.worlds import (
     with_clutter,
     world_of,
 )
-from facetlog.robot.simulator.body import STEP, Body, MotionErrors, Truth
+from facetlog.robot.simulator.body import STEP, Body, MotionErrors
 from facetlog.robot.tour import tour_camera
 
 __all__ = ["KEEP_OUT", "ExploredWorld", "OdometryRobot"]
@@ -66,7 +66,7 @@ class OdometryRobot:
         self._start, self._pace = start, pace
         track = 2 / ROBOT.turning_per_speed
         rng = np.random.default_rng([seed, 1])
-        self._body = Body(track, Truth(start.x, start.y, start.heading), errors, rng=rng)
+        self._body = Body(track, start, errors, rng=rng)
         self._counted, self._time = Pose2(), 0.0
         self._odometry = Odometry(ROBOT)
         self._report()

@@ -50,8 +50,8 @@ DARKEST, BRIGHTEST = 0, 255
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Of one picture: the blur of its edges `across` and `down`, as standard deviations in pixels,
-    None where it has no edges in that direction; `clipped` is a share of its pixels.
+    """The quality of one picture: the blur of its edges `across` and `down`, as standard deviations
+    in pixels, None where it has no edges in that direction; `clipped` is a share of its pixels.
     """
 
     across: float | None
@@ -136,7 +136,7 @@ def _noise_gain(smoothing: float) -> float:
 
 
 def faults_of(quality: Quality, others: Sequence[Quality]) -> tuple[str, ...]:
-    """What is wrong with a picture, empty if nothing is found; `others` are of the same tour.
+    """Return the faults of a picture, empty if there are none; `others` are of the same tour.
 
     Of fewer than three others with edges in a direction nothing follows for its blur.
     """
@@ -161,7 +161,7 @@ def faults_of(quality: Quality, others: Sequence[Quality]) -> tuple[str, ...]:
 
 
 def _usual_and_limit(blurs: Sequence[float | None]) -> tuple[float, float] | None:
-    """The usual one of pictures' blurs (px), and the largest variance (px²) that passes.
+    """Return the usual one of pictures' blurs (px), and the largest variance (px²) that passes.
 
     None of too few.
     """

@@ -81,7 +81,7 @@ class LatestFrame:
             self._changed.notify_all()
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A frame whose exposure began after the time `after` (monotonic, s).
+        """Return a frame whose exposure began after the time `after` (monotonic, s).
 
         DeviceTimeout if none comes within `timeout` seconds: the camera has stopped, or shows the
         same pixels again and again. DeviceError if it was closed.
@@ -103,7 +103,7 @@ class LatestFrame:
             return self._count
 
     def taken(self, after: float) -> Frame | None:
-        """The newest frame if its exposure began after `after`, else None; does not wait."""
+        """Return the newest frame if its exposure began after `after`, else None; does not wait."""
         with self._changed:
             return self._taken(after)
 
@@ -160,10 +160,10 @@ JPEG_START, JPEG_END = b"\xff\xd8\xff", b"\xff\xd9"
 
 
 class FrameSource(Protocol):
-    """What takes pictures."""
+    """A camera."""
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A frame whose exposure began after the time `after` (monotonic, s).
+        """Return a frame whose exposure began after the time `after` (monotonic, s).
 
         DeviceTimeout if none comes in `timeout` seconds, DeviceError if the camera is gone.
         """
@@ -175,7 +175,8 @@ class FrameSource(Protocol):
 def open_camera(
     address: str, *, latency: float | None = None, noisy: bool | None = None
 ) -> FrameSource:
-    """The camera at an address, opened; DeviceError if there is none, InputError for no address.
+    """Return the camera at an address, opened; DeviceError if there is none, InputError for no
+    address.
 
     `address` is a number or path of a video device, an rtsp:// or http:// stream, an http:// still
     (its path ends in .jpg, .jpeg or .png, or it asks for a snapshot), or a file: a video, or
@@ -282,7 +283,7 @@ class VideoSource:
         self._thread.start()
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A frame whose exposure began after `after`; see `LatestFrame.shot`."""
+        """Return a frame whose exposure began after `after`; see `LatestFrame.shot`."""
         return self._newest.shot(after, timeout)
 
     def close(self) -> None:
@@ -333,7 +334,7 @@ class StillSource:
         self._newest.put(first, time.monotonic())
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A picture requested after `after`; see `LatestFrame.shot`."""
+        """Return a picture requested after `after`; see `LatestFrame.shot`."""
         began = time.monotonic()
         deadline = began + timeout
         before = self._newest.count
@@ -352,11 +353,11 @@ class StillSource:
             time.sleep(STILL_PAUSE)
 
     def close(self) -> None:
-        """Nothing is held between two requests."""
+        """Close the camera; no connection is open between two requests."""
         self._newest.close()
 
     def _fetch(self, timeout: float) -> Image | None:
-        """The picture; None if there is none, and `_last_fault` says why."""
+        """Return the picture; None if there is none, and `_last_fault` says why."""
         try:
             # The scheme is http or https: open_camera looks at it.
             with urllib.request.urlopen(self._address, timeout=timeout) as answer:  # noqa: S310
@@ -385,7 +386,7 @@ class FileSource:
             raise InputError(f"camera file {address} cannot be read: give a video or pictures")
 
     def shot(self, after: float, timeout: float) -> Frame:  # noqa: ARG002 - a file does not wait
-        """The next frame; `after` is its time. DeviceError at the end of the file."""
+        """Return the next frame; `after` is its time. DeviceError at the end of the file."""
         done, image = self._capture.read()
         if not done or image is None:
             raise DeviceError(f"camera file {self._address} has no more frames: give a longer one")

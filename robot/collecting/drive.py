@@ -9,13 +9,12 @@ grazing angle: they make driving safer, the keep-out circles make it safe.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.perception.types import FloatArray
 from facetlog.robot.collecting.route import Circle, Point, Route, distance_to, route_length
 from facetlog.robot.collecting.steering import (
     SLOWEST,
@@ -25,7 +24,7 @@ from facetlog.robot.collecting.steering import (
     along,
     turn_to_heading,
 )
-from facetlog.robot.pioneer.state import SonarRange
+from facetlog.robot.pioneer.state import RobotState, SonarRange
 from facetlog.robot.pose2 import Pose2
 
 # A beam is some 30 degrees wide (Pioneer 2 manual); an arc of it is looked at in so many places.
@@ -74,7 +73,7 @@ def free_ahead(sonars: Iterable[SonarRange], body: Body, at: float, speed: float
 
 
 def safe_speed(free: float) -> float:
-    """The speed (m/s) from which the robot stands before what is so many metres ahead.
+    """Return the speed (m/s) from which the robot stands before what is so many metres ahead.
 
     >>> [round(safe_speed(free), 2) for free in (0.02, 0.1, 0.5)]
     [0.0, 0.12, 0.42]
@@ -113,64 +112,16 @@ class WayBlockedError(DeviceError):
     at: Point | None = None
 
 
-class RobotView(Protocol):
-    """The part of the robot's state that driving needs; metres, radians, seconds."""
-
-    @property
-    def at(self) -> float:
-        """When the report arrived, monotonic clock."""
-
-    @property
-    def pose(self) -> Pose2:
-        """Odometry."""
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Of odometry's x, y, heading, (3, 3)."""
-
-    @property
-    def speed(self) -> float:
-        """Ahead."""
-
-    @property
-    def turning(self) -> float:
-        """To the left."""
-
-    @property
-    def motors_on(self) -> bool | None:
-        """None where the robot does not report it."""
-
-    @property
-    def stop_button(self) -> bool | None:
-        """None where the robot does not report it."""
-
-    @property
-    def stalled(self) -> tuple[bool, bool]:
-        """Left and right wheel."""
-
-    @property
-    def front_bumpers(self) -> tuple[bool, ...]:
-        """Which are pressed."""
-
-    @property
-    def rear_bumpers(self) -> tuple[bool, ...]:
-        """Which are pressed."""
-
-    @property
-    def sonars(self) -> Sequence[SonarRange]:
-        """The last range of each; none where they are off."""
-
-
 class Robot(Protocol):
     """The part of the driver that driving needs."""
 
     @property
-    def state(self) -> RobotView:
+    def state(self) -> RobotState:
         """The last report; DeviceError if the link is lost."""
 
     @property
     def halted(self) -> object | None:
-        """What stopped it and still blocks driving; the text is for people."""
+        """The problem that stopped it and still blocks driving; its text is for people."""
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
         """Move for as long as the lease, m/s and rad/s."""
@@ -178,8 +129,8 @@ class Robot(Protocol):
     def stop(self) -> None:
         """Stops."""
 
-    def wait_for(self, condition: Callable[..., bool], timeout: float) -> RobotView:
-        """The first state of which the condition is true; DeviceTimeout if none is."""
+    def wait_for(self, condition: Callable[..., bool], timeout: float) -> RobotState:
+        """Return the first state of which the condition is true; DeviceTimeout if none is."""
 
 
 class MobileBase:
@@ -206,10 +157,10 @@ class MobileBase:
         self.driven = 0.0
         """How far it has driven by odometry, metres."""
         self._closed, self._moved, self._body = closed, moved, body
-        self._last: RobotView | None = None
+        self._last: RobotState | None = None
 
     @property
-    def state(self) -> RobotView:
+    def state(self) -> RobotState:
         """The last report; DeviceError if the link is lost."""
         self._last = self._robot.state
         return self._last
@@ -219,7 +170,7 @@ class MobileBase:
         """Its pose in the world by the last report that was looked at, also of a lost link."""
         return None if self._last is None else self.place(self._last)
 
-    def place(self, state: RobotView) -> Pose2:
+    def place(self, state: RobotState) -> Pose2:
         """Return the robot's pose in the world by a report."""
         return self.start.compose(state.pose)
 
@@ -243,8 +194,8 @@ class MobileBase:
         """Turn on the spot to a heading in the world; errors as of `follow`."""
         self._drive(lambda here: turn_to_heading(here, heading, self._pace), 0.0)
 
-    def stand(self, settle: float) -> RobotView:
-        """The report after the robot has stood still for `settle` seconds.
+    def stand(self, settle: float) -> RobotState:
+        """Return the report after the robot has stood still for `settle` seconds.
 
         DeviceTimeout if it does not come to stand.
         """
@@ -292,7 +243,7 @@ class MobileBase:
             raise
         self._robot.stop()
 
-    def _way_blocked(self, state: RobotView) -> WayBlockedError:
+    def _way_blocked(self, state: RobotState) -> WayBlockedError:
         here = self.place(state)
         fault = WayBlockedError(
             f"something is close ahead of the robot {_at(here)}, by its sonars: clear its way, or"
@@ -305,8 +256,10 @@ class MobileBase:
                 fault.at = there.x, there.y
         return fault
 
-    def _within_sight(self, state: RobotView, motion: Motion) -> tuple[Motion, bool]:
-        """The same curve, no faster than the way ahead is free, and whether it is not at all."""
+    def _within_sight(self, state: RobotState, motion: Motion) -> tuple[Motion, bool]:
+        """Slow a motion down to what the free way ahead allows; return it, and whether the way
+        is blocked.
+        """
         if self._body is None or motion.speed <= 0:
             return motion, False
         free = free_ahead(state.sonars, self._body, state.at, state.speed)
@@ -327,7 +280,7 @@ class MobileBase:
             # make.
             raise DeviceError(f"{halted}, then go on with --resume") from exc
 
-    def _next(self, state: RobotView) -> RobotView:
+    def _next(self, state: RobotState) -> RobotState:
         try:
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         except DeviceTimeout:
@@ -339,7 +292,7 @@ class MobileBase:
             self._moved(later.at, self.place(later))
         return later
 
-    def _check(self, state: RobotView) -> None:
+    def _check(self, state: RobotState) -> None:
         """DeviceError if a report says that the robot must not go on."""
         here = self.place(state)
         for said, pressed in (("front", state.front_bumpers), ("rear", state.rear_bumpers)):
@@ -371,11 +324,11 @@ def _at(here: Pose2) -> str:
 class _Watch:
     """Notices that a robot does not move though it is commanded to."""
 
-    def __init__(self, state: RobotView) -> None:
+    def __init__(self, state: RobotState) -> None:
         self._pose, self._last = state.pose, state.at
         self._held = 0.0
 
-    def check(self, state: RobotView, motion: Motion) -> None:
+    def check(self, state: RobotState, motion: Motion) -> None:
         """DeviceError if nothing has moved for too long although `motion` was commanded."""
         off = self._pose.between(state.pose)
         moved = max(abs(off.x), abs(off.y)) > BLOCKED_WAY or abs(off.heading) > BLOCKED_TURN

@@ -27,7 +27,8 @@ PLACES = 65
 
 
 def find_floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
-    """The outline (n, 2) on the floor (z = 0) of what a picture shows of it up to `far` metres.
+    """Return the outline (n, 2) on the floor (z = 0) of what a picture shows of it up to `far`
+    metres.
 
     Empty if it shows none of it so near. What stands on the floor is not looked at, and no lens.
     """
@@ -38,7 +39,9 @@ def find_floor_in_view(pose: Pose, camera: Camera, far: float) -> FloatArray:
 
 
 def looked_at(pose: Pose, camera: Camera, far: float) -> FloatArray:
-    """Where (2,) the line of sight of the picture's middle meets the floor, or is at `far`."""
+    """Return where (2,) the line of sight of the picture's middle meets the floor, or is at
+    `far`.
+    """
     u, v = (camera.width - 1) / 2, (camera.height - 1) / 2
     found = _intersect_floor(pose, camera, np.array([u]), np.array([v]), far)
     if len(found):
@@ -50,7 +53,9 @@ def looked_at(pose: Pose, camera: Camera, far: float) -> FloatArray:
 def _intersect_floor(
     pose: Pose, camera: Camera, u: FloatArray, v: FloatArray, far: float
 ) -> FloatArray:
-    """Where (k, 2) the rays of pixels meet the floor no farther than that, of those that do."""
+    """Return where (k, 2) the rays of pixels meet the floor no farther than that, of those that
+    do.
+    """
     ahead = np.ones(len(u))
     rays = np.column_stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, ahead])
     directions = rays @ pose.rotation.T
@@ -78,13 +83,13 @@ class Box:
     height: float
 
     def shared(self, other: "Box") -> float:
-        """The area that both have, a gap about each included."""
+        """Return the area that both have, a gap about each included."""
         width = min(self.left + self.width, other.left + other.width) - max(self.left, other.left)
         height = min(self.top + self.height, other.top + other.height) - max(self.top, other.top)
         return max(width + GAP, 0.0) * max(height + GAP, 0.0)
 
     def outside(self, width: float, height: float) -> float:
-        """How many pixels it is beyond a picture's border."""
+        """Return how many pixels it is beyond a picture's border."""
         right, bottom = self.left + self.width - width, self.top + self.height - height
         return max(-self.left, 0.0) + max(-self.top, 0.0) + max(right, 0.0) + max(bottom, 0.0)
 
@@ -95,7 +100,8 @@ def placed(
     drawn: Iterable[Box],
     picture: tuple[float, float],
 ) -> list[Box]:
-    """A box of each size near its anchor, clear of what is `drawn` and of the boxes before it.
+    """Return a box of each size near its anchor, clear of what is `drawn` and of the boxes before
+    it.
 
     Where no place near it is clear, the one that covers least.
     """
@@ -176,7 +182,7 @@ class Floor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Found:
-    """What was recognised: a line of words, and the outlines (n, 3) of its faces."""
+    """A recognised object: a line of words, and the outlines (n, 3) of its faces."""
 
     said: str
     outlines: tuple[FloatArray, ...]
@@ -224,7 +230,7 @@ class _Canvas:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Mapped:
-    """What is on the map of a collection."""
+    """The contents of the map of a collection."""
 
     path: tuple[Pose2, ...]
     taken: tuple[Taken, ...]
@@ -244,7 +250,7 @@ def map_png(
     optics: Optics,
     found: Sequence[Found] = (),
 ) -> bytes:
-    """The map as PNG; `path` are the robot's places in the world, in order."""
+    """Return the map as PNG; `path` are the robot's places in the world, in order."""
     legend = _entries(len(taken), floor, found=bool(found))
     canvas = _Canvas(_places(path, taken, floor, found), legend)
     most = _colour_seen_floor(canvas, taken, optics)
@@ -341,7 +347,7 @@ def _colour_seen_floor(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) 
 
 
 def _robot(canvas: _Canvas, view: Taken, radius: float) -> list[Box]:
-    """The robot with its heading; what words are to keep clear of."""
+    """Draw the robot with its heading; return the boxes that words keep clear of."""
     place = canvas.at(view.robot.x, view.robot.y)
     cv2.circle(canvas.image, place, round(radius * canvas.scale), RIM, 1, SMOOTH)
     cv2.circle(canvas.image, place, DOT_PX, ROBOT, -1, SMOOTH)
@@ -409,7 +415,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _entries(taken: int, floor: Floor, *, found: bool) -> list[Entry]:
-    """The legend: words, and the colour and sign that they explain."""
+    """Return the legend: words, and the colour and sign that they explain."""
     entries = [
         (f"{taken} view{'s' * (taken != 1)}", ROBOT, STROKE),
         ("the robot", RIM, RING),
@@ -431,7 +437,7 @@ def _entries(taken: int, floor: Floor, *, found: bool) -> list[Entry]:
 
 
 def _in_rows(entries: Sequence[Entry], width: int) -> list[tuple[int, int, Entry]]:
-    """Where each entry begins on a picture of this width, in rows from the top."""
+    """Return where each entry begins on a picture of this width, in rows from the top."""
     x, y = MARGIN_PX, LINE_PX
     rows = []
     for entry in entries:

@@ -15,12 +15,13 @@ from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import FrameSource
-from facetlog.robot.collecting.drive import MobileBase, RobotView
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.head.head import HeadState, PanTiltHead
 from facetlog.robot.mount.board import Board, Corners, straight_pixels
 from facetlog.robot.mount.fit import Sighting, board_place
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at
 from facetlog.robot.mount.mount import Mount
+from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
 
 SETTLE, HEAD_SETTLE, SHOT_TIMEOUT = 0.6, 0.2, 10.0
@@ -51,7 +52,8 @@ class BoardRig:
 
 
 def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
-    """Where the robot stands to see a board at (x, y, …), itself at the origin facing along x.
+    """Return where the robot stands to see a board at (x, y, …), itself at the origin facing along
+    x.
 
     No part of a robot of this radius comes within half a metre of the board.
 
@@ -70,7 +72,7 @@ def plan_stations(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
 
 
 def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sighting]:
-    """The board as seen from one station after the other; `report` gets a line for each.
+    """Yield the board as seen from one station after the other; `report` gets a line for each.
 
     InputError if the board is not found from where the robot begins.
     """
@@ -94,7 +96,7 @@ def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sig
         report(f"place {number + 1} of {len(stations)}: the board was seen {seen} times")
 
 
-def _looks(rig: BoardRig, state: RobotView, number: int, place: Pose) -> Iterator[Sighting]:
+def _looks(rig: BoardRig, state: RobotState, number: int, place: Pose) -> Iterator[Sighting]:
     robot = rig.base.place(state)
     across, down = rig.board.across * rig.board.square, rig.board.down * rig.board.square
     middle = place.centre + place.rotation @ np.array([across / 2, down / 2, 0.0])
@@ -138,7 +140,7 @@ def _search(rig: BoardRig, report: Callable[[str], None]) -> tuple[Corners, Gaze
     )
 
 
-def _placed(rig: BoardRig, state: RobotView, corners: Corners, gaze: Gaze) -> Pose:
+def _placed(rig: BoardRig, state: RobotState, corners: Corners, gaze: Gaze) -> Pose:
     seen_from = camera_pose(rig.base.place(state), rig.mount, gaze)
     place = board_place(corners, rig.optics.camera, seen_from)
     if place is None:
@@ -147,6 +149,6 @@ def _placed(rig: BoardRig, state: RobotView, corners: Corners, gaze: Gaze) -> Po
 
 
 def _measure_offset(place: Pose, start: Pose2) -> tuple[float, float]:
-    """The board's corner on the floor, as seen from a place."""
+    """Return the board's corner on the floor, as seen from a place."""
     there = start.between(Pose2(float(place.centre[0]), float(place.centre[1]), 0.0))
     return there.x, there.y

@@ -44,13 +44,13 @@ class Around:
     here: Pose2
 
     def candidates(self, number: int) -> tuple[Candidate, ...]:
-        """The views that can be taken from here, as view `number`."""
+        """Return the views that can be taken from here, as view `number`."""
         return list_ring_candidates(
             self.target, self.radius, self.first, number, self.here, self.reach, self.pace
         )
 
     def kept_off(self, margin: float) -> "Around":
-        """The same with rings and keep-out circles larger by a margin, m."""
+        """Return the rings with radius and keep-out circles larger by a margin, m."""
         closed = tuple(circle.grown(margin) for circle in self.reach.closed)
         reach = replace(self.reach, closed=closed)
         return replace(self, radius=self.radius + margin, reach=reach)
@@ -80,7 +80,7 @@ class Around:
 
     @classmethod
     def from_json(cls, about: object) -> "Around":
-        """What `to_json` gave; InputError if it is something else."""
+        """Read the output of `to_json`; InputError if it is something else."""
         try:
             if not isinstance(about, dict):
                 raise TypeError("it is no object")
@@ -108,8 +108,8 @@ class Around:
 
     @classmethod
     def recorded(cls, lines: Sequence[Mapping[str, object]]) -> "Around":
-        """Those of the last run of which collect.jsonl tells, which keep out of what blocked its
-        way too; InputError where it was none that explored.
+        """Return the rings of the last run in collect.jsonl, which keep out of what blocked its way
+        too; InputError where it was none that explored.
         """
         found: object = None
         blocked: list[object] = []
@@ -149,7 +149,7 @@ class Chooser(Protocol):
         """The most views of the whole collection."""
 
     def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
-        """The next stop after the views `taken`, or why there is none."""
+        """Return the next stop after the views `taken`, or why there is none."""
 
 
 class ChosenStops:
@@ -183,7 +183,8 @@ class ChosenStops:
         return self._most
 
     def avoid(self, fault: WayBlockedError) -> Circle | None:
-        """The circle about what blocks the way, of which later stops and their ways keep out.
+        """Return the circle about what blocks the way, of which later stops and their ways keep
+        out.
 
         None where it is not known, or when the robot has found its way blocked all round.
         """
@@ -217,14 +218,14 @@ class ChosenStops:
 
 
 def place_sd(covariance: FloatArray) -> float:
-    """The standard deviation of a place (x, y) in the direction in which it is largest, m, of its
-    covariance (2 or more, 2 or more).
+    """Return the standard deviation of a place (x, y) in the direction in which it is largest, m,
+    of its covariance (2 or more, 2 or more).
     """
     return math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0))
 
 
 def reach_of_mount(mount: Mount) -> float:
-    """How far from the robot's middle the pinhole may be, metres on the floor or more."""
+    """Return how far from the robot's middle the pinhole may be, metres on the floor or more."""
     return math.hypot(mount.x, mount.y) + math.hypot(
         mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up
     )

@@ -36,7 +36,7 @@ WORDS = (
 
 
 def worded(fault: Fault, again: str) -> Fault:
-    """The error in the command line's words; `again` says how to continue the command.
+    """Return the error in the command line's words; `again` says how to continue the command.
 
     One that is worded already stays as it is.
 
@@ -52,12 +52,12 @@ def worded(fault: Fault, again: str) -> Fault:
 
 
 def resumed_from(robot: Pose2 | None) -> str:
-    """How to go on with a collection whose robot is there in the world, if that is known."""
+    """Return how to go on with a collection whose robot is there in the world, if that is known."""
     return COLLECT_AGAIN if robot is None else RESUME + stated_pose(robot)
 
 
 def stated_pose(pose: Pose2) -> str:
-    """A pose as `--start` takes it: metres, and degrees within ±180.
+    """Return a pose as `--start` takes it: metres, and degrees within ±180.
 
     >>> stated_pose(Pose2(1.5, 0.25, math.radians(-251.6)))
     '1.500,0.250,108.4'

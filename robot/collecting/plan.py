@@ -77,7 +77,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reach:
-    """What a robot can reach: mount, head, camera, and the keep-out circles of its middle."""
+    """The reach of a robot: mount, head, camera, and the keep-out circles of its middle."""
 
     mount: Mount
     limits: HeadLimits
@@ -98,7 +98,7 @@ class Reach:
 
 
 def shows(camera: Camera, pose: Pose, point: FloatArray) -> bool:
-    """Whether a point (3,) in the world is in the picture, not just at its rim."""
+    """Return whether a point (3,) in the world is in the picture, not just at its rim."""
     x, y, z = pose.rotation.T @ (point - pose.centre)
     if z <= 0:
         return False
@@ -110,7 +110,8 @@ def shows(camera: Camera, pose: Pose, point: FloatArray) -> bool:
 def plan_stops(
     tour: Tour, start: Pose2, reach: Reach, *, order: Sequence[int] | None = None
 ) -> Plan:
-    """The stops for a tour's views, from `start` in the world; numbers count the views from 1.
+    """Return the stops for a tour's views, from `start` in the world; numbers count the views from
+    1.
 
     `order` are indices of views, else they are taken as given.
     """
@@ -135,7 +136,8 @@ def _place(view: TourView) -> Point:
 
 
 def _point_of(view: TourView, target: FloatArray | None) -> FloatArray:
-    """The point (3,) for the middle of the picture: on the line of sight, nearest to the target.
+    """Return the point (3,) for the middle of the picture: on the line of sight, nearest to the
+    target.
 
     The paper's views cross near the block's middle; for a view that looks away, a point ahead.
     """
@@ -151,7 +153,9 @@ def stop_for(
     following: Sequence[Point],
     reach: Reach,
 ) -> Stop | Skipped:
-    """The stop for a view with the least turning between `here` and the `following` place."""
+    """Return the stop for a view with the least turning between `here` and the `following`
+    place.
+    """
     point = _point_of(view, target)
     if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
         return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
@@ -170,7 +174,7 @@ def stop_for(
 
 
 def _sum_turning(heading: float, bearings: tuple[float | None, float | None]) -> float:
-    """How far a robot with this heading turns on arriving and on leaving."""
+    """Return how far a robot with this heading turns on arriving and on leaving."""
     arriving, leaving = bearings
     turns = [abs(wrapped(heading - arriving))] if arriving is not None else []
     if leaving is not None:
@@ -221,7 +225,7 @@ def _find_stop(
     heading: float,
     reach: Reach,
 ) -> Stop | str:
-    """The stop with this heading, or why there is none."""
+    """Return the stop with this heading, or why there is none."""
     robot, wanted = stand_for(_place(view), heading, reach.mount, point)
     if distance_to(reach.closed, (robot.x, robot.y)) < 0:
         return "the robot would stand within the keep-out circle: give a smaller --keep-out"

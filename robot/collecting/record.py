@@ -78,7 +78,7 @@ class Taken:
 
     @classmethod
     def from_json(cls, line: Mapping[str, object]) -> "Taken":
-        """What `to_json` gave; KeyError, TypeError or ValueError if it is something else."""
+        """Read the output of `to_json`; KeyError, TypeError or ValueError for anything else."""
         matrix = np.array(line["matrix"], dtype=np.float64)
         pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3])
         notes = line["notes"]
@@ -230,7 +230,7 @@ def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
 
 
 def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
-    """The record of earlier runs: the first line, and the views whose pictures exist.
+    """Return the record of earlier runs: the first line, and the views whose pictures exist.
 
     If a view was taken again because its picture was gone, its last line counts. InputError as of
     `read_log`.
@@ -253,7 +253,7 @@ def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
 
 
 def _convert_to_grey(image: Image) -> Image:
-    """The picture with one channel where all three are the same."""
+    """Return the picture with one channel where all three are the same."""
     if image.ndim == 3 and (image == image[:, :, :1]).all():
         return np.ascontiguousarray(image[:, :, 0])
     return image
@@ -324,7 +324,7 @@ def _format_colmap_images(taken: Iterable[Taken]) -> str:
 
 
 def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
-    """The robot's poses on the floor with their times (s since 1970) as a TUM trajectory."""
+    """Return the robot's poses on the floor with their times (s since 1970) as a TUM trajectory."""
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for at, place in way:
         half = place.heading / 2
@@ -335,7 +335,7 @@ def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
 
 
 def read_robot_tum(path: Path) -> list[tuple[float, Pose2]]:
-    """What `robot_tum` wrote; InputError for anything else."""
+    """Read a file of `robot_tum`; InputError for anything else."""
     try:
         lines = read_regular_text(path).splitlines()
         rows = [list(map(float, line.split())) for line in lines if not line.startswith("#")]

@@ -1,4 +1,4 @@
-"""What is to be collected, and which of its views are there already."""
+"""The request of a collection, and its views that are there already."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ TRAFFIC_FILE = "traffic.jsonl"
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Request:
-    """What to collect, with which devices and how; `start` is the robot's pose now.
+    """The views to collect, with which devices and how; `start` is the robot's pose now.
 
     A camera or optics of None are the simulated camera's, if the robot is simulated.
     `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
@@ -39,7 +39,6 @@ class Request:
     latency: float | None = None
     noisy: bool = True
     keep_out: float | tuple[Circle, ...] | None = None
-    short: bool = False
     speed: float = 0.2
     resume: bool = False
     model: str | None = None

@@ -57,7 +57,8 @@ def list_ring_candidates(
     reach: Reach,
     pace: Pace,
 ) -> tuple[Candidate, ...]:
-    """The views of a target (3,) that can be taken from `here`, ring by ring from the inside.
+    """Return the views of a target (3,) that can be taken from `here`, ring by ring from the
+    inside.
 
     `radius` (m) is that of the pinhole on the innermost ring; on each the bearing `first` comes
     first. `number` is that of the view among all of the collection.

@@ -1,12 +1,11 @@
-"""Shortest routes on the floor round keep-out circles, and a short order of the tour's views.
+"""Shortest routes on the floor round keep-out circles.
 
 The shortest path among obstacles runs from corner to corner of them (de Berg et al., Computational
 Geometry, section 15.1): circles become polygons, and of all lines that cross none of them the
-shortest chain is taken (Dijkstra). Views are ordered by nearest neighbour and 2-opt (Croes 1958).
+shortest chain is taken (Dijkstra).
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -46,7 +45,7 @@ class Circle:
 
 
 def distance_to(circles: tuple[Circle, ...], point: Point) -> float:
-    """How far a point is from the nearest rim, negative inside; infinite without circles."""
+    """Return how far a point is from the nearest rim, negative inside; infinite without circles."""
     return min((c.distance(point) - c.radius for c in circles), default=math.inf)
 
 
@@ -57,7 +56,7 @@ def route_length(route: Route) -> float:
 
 @lru_cache(maxsize=256)  # a plan asks for the same ones again when it compares headings
 def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Route | None:
-    """The shortest route from start to end that enters no circle, both ends included.
+    """Return the shortest route from start to end that enters no circle, both ends included.
 
     A circle in which the start or the end lies is shrunk until they are on its rim: callers that
     must refuse such points check `distance_to` before. None if there is no route.
@@ -120,7 +119,7 @@ def _list_corners(circle: Circle) -> FloatArray:
 
 
 def _free(a: FloatArray, b: FloatArray, circles: tuple[Circle, ...]) -> NDArray[np.bool_]:
-    """Whether each of the lines from a (n, 2) to b (n, 2) crosses no polygon."""
+    """Return whether each of the lines from a (n, 2) to b (n, 2) crosses no polygon."""
     free = np.ones(len(a), dtype=np.bool_)
     if not len(a):
         return free
@@ -131,51 +130,3 @@ def _free(a: FloatArray, b: FloatArray, circles: tuple[Circle, ...]) -> NDArray[
             shapely.prepare(inner)
             free &= ~shapely.intersects(inner, lines)
     return free
-
-
-# Metres that stand for "no route": more than any tour has, and finite, since two of them are
-# subtracted. The plan leaves such places out.
-NO_ROUTE = 1e6
-
-
-def short_order(
-    start: Point, places: Sequence[Point], circles: tuple[Circle, ...] = ()
-) -> tuple[int, ...]:
-    """Indices of all places in an order with a short route from `start` round the circles.
-
-    >>> short_order((0.0, 0.0), [(3.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
-    (1, 2, 0)
-    """
-    lengths = _measure_lengths([start, *places], circles)
-    order, left = [0], set(range(1, len(places) + 1))
-    while left:
-        order.append(min(left, key=lambda i: (lengths[order[-1], i], i)))
-        left.remove(order[-1])
-    return tuple(i - 1 for i in _untangle(order, lengths)[1:])
-
-
-def _measure_lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray:
-    lengths = np.zeros((len(places), len(places)))
-    for i, a in enumerate(places):
-        for j in range(i):
-            route = shortest_route(a, places[j], circles)
-            lengths[i, j] = lengths[j, i] = NO_ROUTE if route is None else route_length(route)
-    return lengths
-
-
-def _untangle(order: list[int], lengths: FloatArray) -> list[int]:
-    """The order with pieces reversed as long as that shortens it (2-opt); its first place stays."""
-    shorter = True
-    while shorter:
-        shorter = False
-        for i in range(1, len(order) - 1):
-            for j in range(i + 1, len(order)):
-                before, after = order[i - 1], order[j + 1] if j + 1 < len(order) else None
-                gain = lengths[before, order[i]] - lengths[before, order[j]]
-                if after is not None:
-                    gain += lengths[order[j], after] - lengths[order[i], after]
-                # Rounding differences between two equal orders must not reverse them for ever.
-                if gain > 1e-9:
-                    order[i : j + 1] = reversed(order[i : j + 1])
-                    shorter = True
-    return order

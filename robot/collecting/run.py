@@ -38,7 +38,7 @@ from facetlog.robot.collecting.request import (
     read_earlier_views,
 )
 from facetlog.robot.collecting.ring_views import bearing
-from facetlog.robot.collecting.route import Circle, Point, distance_to, short_order
+from facetlog.robot.collecting.route import Circle, distance_to
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
     Ended,
@@ -142,7 +142,7 @@ def list_forbidden_circles(request: Request, radius: float) -> tuple[Circle, ...
 
 
 def _find_free_radius(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
-    """The radius that the innermost view leaves, whichever way the robot stands there."""
+    """Return the radius that the innermost view leaves, whichever way the robot stands there."""
     if not tour.views:
         raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
     nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
@@ -161,7 +161,8 @@ def plan_rings(
     pace: Pace,
     lines: Sequence[Mapping[str, object]] = (),
 ) -> Around:
-    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it.
+    """Return the rings round the target; `reach` has its keep-out circle. InputError if none holds
+    it.
 
     Their places are those of the run that is continued, if `lines` of collect.jsonl have one round
     the target.
@@ -260,7 +261,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             seen.optics.camera,
             tuple(circle.grown(CLEARANCE) for circle in forbidden),
         )
-        plan = _make_plan(request, missing, reach, forbidden)
+        plan = plan_stops(request.tour, request.start, reach, order=missing)
         for line in plan.remarks:
             listener.warn(line)
         for each in plan.skipped:
@@ -328,7 +329,8 @@ def _warn_about_problem(listener: Listener, problem: Problem) -> None:
 
 
 def _sees_ahead(robot: Pioneer) -> bool:
-    """Whether its sonars are of use: where they sit is known, and the line takes their reports.
+    """Return whether its sonars are of use: where they sit is known, and the line takes their
+    reports.
 
     At 9600 baud reports with 16 ranges take nine tenths of it, and the head's traffic waits.
     """
@@ -338,7 +340,7 @@ def _sees_ahead(robot: Pioneer) -> bool:
 def open_robot_head(
     stack: ExitStack, robot: Pioneer, kind: str, port: str, *, unheard: bool = False
 ) -> PanTiltHead:
-    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own.
+    """Return the started head at `port`: aux1 to aux3 of the robot, or an address of its own.
 
     DeviceTimeout if it does not answer, unless it may be moved `unheard`.
     """
@@ -356,7 +358,7 @@ def open_robot_head(
 def open_checked_camera(
     stack: ExitStack, seen: CameraAndOptics, *, latency: float | None = None, noisy: bool = True
 ) -> FrameSource:
-    """The camera of `seen`, of which one picture was taken and fits its calibration.
+    """Return the camera of `seen`, of which one picture was taken and fits its calibration.
 
     DeviceError, DeviceTimeout or InputError where there is none: said before the robot moves.
     """
@@ -370,20 +372,6 @@ def open_checked_camera(
     seen.optics.check(camera.shot(time.monotonic(), SHOT_TIMEOUT).image)
     # A file gives each of its pictures once: the first one must still be that of the first view.
     return opened() if isinstance(camera, FileSource) else camera
-
-
-def _make_plan(
-    request: Request, missing: list[int], reach: Reach, forbidden: tuple[Circle, ...]
-) -> Plan:
-    views = request.tour.views
-    order = missing
-    if request.short:
-        places: list[Point] = [
-            (float(views[i].pose.centre[0]), float(views[i].pose.centre[1])) for i in missing
-        ]
-        chosen = short_order((request.start.x, request.start.y), places, forbidden)
-        order = [missing[i] for i in chosen]
-    return plan_stops(request.tour, request.start, reach, order=order)
 
 
 def _about(
@@ -414,7 +402,7 @@ def _describe_map(
     closed: tuple[Circle, ...],
     radius: float,
 ) -> Mapped:
-    """What is on the map, once the robot's path is written."""
+    """Write the robot's path, and return the contents of the map."""
     there = {view.name for view in taken}
     missed = tuple(
         (float(view.pose.centre[0]), float(view.pose.centre[1]))

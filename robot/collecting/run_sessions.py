@@ -33,8 +33,8 @@ class Run:
 
 
 def runs_of(lines: Sequence[Mapping[str, object]], folder: Path) -> tuple[Run, ...]:
-    """The runs of which a collection's collect.jsonl tells; InputError where it does not say where
-    one began.
+    """Return the runs of which a collection's collect.jsonl tells; InputError where it does not say
+    where one began.
     """
     return tuple(
         Run(_seconds(line.get("began")), _start(line, folder)) for line in lines if "schema" in line
@@ -53,8 +53,8 @@ def _seconds(value: object) -> float:
 
 
 def run_sessions(path: Path, runs: Sequence[Run]) -> Iterator[tuple[int, Run, float]]:
-    """The session of each run: the last one that was opened before the run began, and at which time
-    (seconds since 1970) the session's clock was at 0.
+    """Yield the session of each run: the last one that was opened before the run began, and at
+    which time (seconds since 1970) the session's clock was at 0.
 
     InputError for a log of traffic that cannot be read.
     """
@@ -87,7 +87,7 @@ class LastPlace:
 
 
 def last_place(folder: Path) -> LastPlace | None:
-    """The last place of the last run of a collection; None if nothing is known of it.
+    """Return the last place of the last run of a collection; None if nothing is known of it.
 
     A run that was killed has no end in its log: then the last report of the robot counts, which
     the log of the traffic holds. InputError for a folder or a log that cannot be read.

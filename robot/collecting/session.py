@@ -17,7 +17,7 @@ from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.checks import Quality, faults_of, measure_quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import Frame, FrameSource
-from facetlog.robot.collecting.drive import MobileBase, RobotView, WayBlockedError
+from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
 from facetlog.robot.collecting.option_words import resumed_from, worded
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
@@ -25,6 +25,7 @@ from facetlog.robot.collecting.route import Circle, shortest_route
 from facetlog.robot.collecting.steering import HEADING_TOLERANCE, PLACE_TOLERANCE
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.mount.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
+from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pose2 import Pose2
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
@@ -61,10 +62,10 @@ class Stops(Protocol):
     """Stops, each of which may be chosen only when the views before it are written."""
 
     def __iter__(self) -> Iterator[Stop]:
-        """The stops in their order."""
+        """Return the stops in their order."""
 
     def __len__(self) -> int:
-        """How many there are at most."""
+        """Return how many there are at most."""
 
 
 class Guide(Protocol):
@@ -75,7 +76,7 @@ class Guide(Protocol):
         """The circles for the robot's middle on the way to the last stop that was given."""
 
     def avoid(self, fault: WayBlockedError) -> Circle | None:
-        """What is kept out of from now on; None if it cannot go on."""
+        """Return the circle to keep out of from now on; None if it cannot go on."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -291,7 +292,7 @@ def _describe_offset(off: Pose2) -> list[str]:
 def _shoot(
     camera: FrameSource, optics: Optics, after: float, others: list[Quality]
 ) -> tuple[Image, Quality, list[str]]:
-    """The picture, its quality and notes about it; a bad one is taken a second time."""
+    """Return the picture, its quality and notes about it; a bad one is taken a second time."""
     frame = camera.shot(after, SHOT_TIMEOUT)
     optics.check(frame.image)
     quality = measure_quality(frame.image)
@@ -318,7 +319,7 @@ def _format_silence(frame: Frame) -> list[str]:
     return [f"no picture came from the camera for {frame.silent:.0f} s before this one; it goes on"]
 
 
-def _compute_covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
+def _compute_covariance(rig: Rig, state: RobotState, robot: Pose2, gaze: Gaze) -> FloatArray:
     """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
     heading = rig.base.start.heading
     c, s = math.cos(heading), math.sin(heading)

@@ -27,7 +27,7 @@ COASTS = 0.2
 
 
 def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
-    """The fault, with a remark about the line if reports ceased repeatedly before it.
+    """Return the fault, with a remark about the line if reports ceased repeatedly before it.
 
     `problems` are the driver's, `now` is a time of its clock. A lost link needs no remark.
     """
@@ -87,7 +87,7 @@ class ConnectedRobot(Protocol):
         """The robot's CONFIG report; None from old firmware."""
 
     def true_pose(self) -> Pose2:
-        """The true pose of a simulated robot; DeviceTimeout if it is not reported."""
+        """Return the true pose of a simulated robot; DeviceTimeout if it is not reported."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,7 +132,7 @@ def camera_and_optics(
     optics: Optics | None,
     note: Callable[[str], None],
 ) -> CameraAndOptics:
-    """The given camera and optics, with those of the simulated camera where none are given.
+    """Return the given camera and optics, with those of the simulated camera where none are given.
 
     InputError where they must be given: for a robot that is not simulated, or not on this machine.
     """

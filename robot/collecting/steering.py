@@ -60,7 +60,9 @@ class Progress:
 def along(
     here: Pose2, route: Route, progress: Progress, pace: Pace
 ) -> tuple[Motion | None, Progress]:
-    """The motion that follows a route, None once its end is reached; and the progress on it."""
+    """Return the motion that follows a route, None once its end is reached; and the progress on
+    it.
+    """
     total = sum(math.dist(a, b) for a, b in pairwise(route))
     done = _find_nearest(here, route, progress.done)
     progress = replace(progress, done=done)
@@ -91,7 +93,7 @@ def turn_to_heading(here: Pose2, heading: float, pace: Pace) -> Motion | None:
 
 
 def _slowed(left: float, largest: float, slowing: float, least: float) -> float:
-    """The speed from which one can still stop in what is left, with its sign."""
+    """Return the speed from which one can still stop in what is left, with its sign."""
     # v² = 2 a s
     return math.copysign(max(min(largest, math.sqrt(2 * slowing * abs(left))), least), left)
 

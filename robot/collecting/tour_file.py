@@ -83,7 +83,7 @@ class Tour:
 
 
 def paper_tour() -> Tour:
-    """The 24 views of the paper's figure 8 in metres; see robot/tour.py."""
+    """Return the 24 views of the paper's figure 8 in metres; see robot/tour.py."""
     poses = tour_poses()
     return Tour(
         PAPER_TOUR,
@@ -95,7 +95,7 @@ def paper_tour() -> Tour:
 
 
 def read_tour(path: Path, *, unit: float | None = None) -> Tour:
-    """The tour in a CSV file, in metres; `unit` is the metres in its unit of length.
+    """Return the tour in a CSV file, in metres; `unit` is the metres in its unit of length.
 
     InputError for what is not such a file, has no unit or names a picture twice, CalibrationError
     for a pose that cannot be; both name file and line.
@@ -175,7 +175,9 @@ def _parse_number(row: Mapping[str, str], key: str, where: str) -> float:
 
 
 def _read_picture_name(given: str, number: int, where: str) -> str:
-    """The name of the picture's file: PNG, in the folder itself whatever the tour's folders are."""
+    """Return the name of the picture's file: PNG, in the folder itself whatever the tour's
+    folders are.
+    """
     if not given.strip():
         return f"view{number:03d}.png"
     stem = PurePosixPath(given.strip()).stem

@@ -37,32 +37,21 @@ class CanonCommand(IntEnum):
     PAN_SPEED = 0x50
     """Three digits, counts a second."""
     TILT_SPEED = 0x51
-    SPEED_REQUEST = 0x52
-    """0 pan, 1 tilt."""
     DRIVE = 0x53
     """0 stop, 1 right, 2 left, 3 up, 4 down."""
     HOME = 0x57
     INITIALIZE = 0x58
     """0: homes (finds its middle) and stays there."""
-    SPEED_LIMIT_REQUEST = 0x59
-    """0 slowest pan, 1 fastest pan, 2 slowest tilt, 3 fastest tilt."""
-    ANGLE_LIMIT_REQUEST = 0x5C
-    """0 least pan, 1 largest pan, 2 least tilt, 3 largest tilt."""
     MOVE = 0x62
     """Pan and tilt, four digits each."""
     POSITION_REQUEST = 0x63
     RANGE = 0x64
     """0 pan or 1 tilt, then the least and the largest angle."""
-    RANGE_REQUEST = 0x65
     CONTROL = 0x90
     """0 by this line, 1 by the remote control."""
     POWER = 0xA0
     """1 on, 0 off."""
     FOCUS = 0xA1
-    ZOOM_DRIVE = 0xA2
-    """0 stop, 1 wide, 2 tele."""
-    COARSE_ZOOM_REQUEST = 0xA4
-    """Two digits, 00 … 80."""
     GAIN = 0xA5
     FOCUS_PLACE = 0xB0
     ZOOM = 0xB3
@@ -76,7 +65,7 @@ class CanonCommand(IntEnum):
 
 
 class CanonError(IntEnum):
-    """What an answer says of the command."""
+    """The result of a command, in its answer."""
 
     NONE = 0x30
     BUSY = 0x31
@@ -103,7 +92,7 @@ class Answer:
 
 
 def hexadecimal(value: int, digits: int) -> bytes:
-    """A number in ASCII; ValueError if it needs more digits.
+    """Return a number in ASCII; ValueError if it needs more digits.
 
     >>> hexadecimal(613, 3)
     b'265'
@@ -114,7 +103,7 @@ def hexadecimal(value: int, digits: int) -> bytes:
 
 
 def number(text: bytes) -> int:
-    """The number that hexadecimal digits say; CanonSyntaxError if they are none."""
+    """Return the number that hexadecimal digits say; CanonSyntaxError if they are none."""
     try:
         digits = text.decode("ascii")
     except UnicodeDecodeError:
@@ -141,7 +130,7 @@ def position_of(data: bytes) -> tuple[int, int]:
 
 
 def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
-    """The frame of a command.
+    """Return the frame of a command.
 
     >>> encode_command(CanonCommand.POSITION_REQUEST).hex(" ")
     'ff 30 30 00 63 ef'
@@ -150,7 +139,7 @@ def encode_command(command: CanonCommand, parameters: bytes = b"") -> bytes:
 
 
 def move(pan: int, tilt: int) -> bytes:
-    """The frame that turns it to a place in counts.
+    """Return the frame that turns it to a place in counts.
 
     >>> move(800, -267)
     b'\\xff00\\x00b83207EF5\\xef'
@@ -158,13 +147,8 @@ def move(pan: int, tilt: int) -> bytes:
     return encode_command(CanonCommand.MOVE, encode_angle(pan) + encode_angle(tilt))
 
 
-def encode_tilt_range(lowest: int, highest: int) -> bytes:
-    """The frame that sets the range of tilt; after power-on a VC-C4 goes up no more than 30°."""
-    return encode_command(CanonCommand.RANGE, b"1" + encode_angle(lowest) + encode_angle(highest))
-
-
 def parse_command(frame: bytes) -> tuple[int, bytes]:
-    """The number of a command and its parameters; CanonSyntaxError if it is no command."""
+    """Return the number of a command and its parameters; CanonSyntaxError if it is no command."""
     if (
         len(frame) < len(COMMAND_HEADER) + 2
         or not frame.startswith(COMMAND_HEADER)
@@ -175,7 +159,7 @@ def parse_command(frame: bytes) -> tuple[int, bytes]:
 
 
 def parse_answer(frame: bytes) -> Answer:
-    """What an answer says; CanonSyntaxError if it is none.
+    """Decode an answer; CanonSyntaxError if it is none.
 
     >>> parse_answer(bytes.fromhex("FE 30 30 39 30 EF"))
     Answer(error=<CanonError.MODE: 57>, data=b'')

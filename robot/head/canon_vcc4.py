@@ -66,7 +66,7 @@ class CanonLine:
         self._line, self._clock = line, clock
 
     def ask(self, command: CanonCommand, parameters: bytes = b"", data: int = 0) -> Answer:
-        """The answer to a command, with so many bytes of data if it is no error.
+        """Return the answer to a command, with so many bytes of data if it is no error.
 
         A command whose answer was lost is sent again, so it must be idempotent. DeviceTimeout if
         the head never answers, DeviceError if no answer can be decoded.
@@ -103,7 +103,7 @@ class CanonLine:
         deadline: float,
         starting: bool = False,
     ) -> T:
-        """The answer as read by `decode`; the command is repeated while the head is busy.
+        """Return the answer as read by `decode`; the command is repeated while the head is busy.
 
         While it is `starting` it may report the wrong mode, too. DeviceTimeout at the deadline,
         DeviceError if it refuses.
@@ -161,6 +161,7 @@ ANSWER_S = 10.0
 """For its position, seconds: it does not report it while it homes."""
 ZOOM_S = 15.0
 """From end to end of the zoom, seconds, with room to spare."""
+WIDEST = 0
 UNREPORTED_ZOOM_S = 5.0
 """The same for a head that cannot report its position."""
 NEAR = (math.ceil(0.5 * COUNTS_PER_DEGREE),) * 2
@@ -187,7 +188,7 @@ def _nothing(data: bytes) -> bytes:
 
 
 class CanonVcC4:
-    """A Canon head on a line; `zoom` is set at the start and kept (counts, 0 the widest).
+    """A Canon head on a line, at its widest zoom.
 
     `answers` says whether its cable lets it answer; None: found out at the start.
     """
@@ -196,16 +197,15 @@ class CanonVcC4:
         self,
         line: ByteLine,
         *,
-        zoom: int = 0,
         answers: bool | None = None,
         clock: Clock | None = None,
     ) -> None:
         self._clock = clock or Clock()
         self._line = CanonLine(line, self._clock)
         self._answers = answers
-        self._zoom = zoom
+        self._zoom = WIDEST
         self._commanded: Counts | None = None
-        """The last commanded position of a head that does not answer."""
+        """The last commanded position of a head that does not answer, known once it is started."""
 
     @property
     def answers(self) -> bool:
@@ -218,11 +218,10 @@ class CanonVcC4:
         return REACH.limits
 
     def start(self) -> None:
-        """Switch it on, home it, set its speeds, range and zoom.
+        """Switch it on, home it, set its speeds, range and widest zoom.
 
         DeviceTimeout if it does not get ready, or does not answer though it was stated that it can.
         """
-        self.limits.check(0.0, 0.0, self._zoom)
         if self._answers is None:
             self._answers = self._find_out()
         if not self._answers:
@@ -239,56 +238,35 @@ class CanonVcC4:
         self._position(deadline, starting=True)
         for command, parameters in SETTINGS:
             self._order(command, parameters, deadline)
-        self._zoom_to(self._zoom, self._clock.now() + ZOOM_S)
+        zoomed_by = self._clock.now() + ZOOM_S
+        (self._zoom,) = self._perform(
+            CanonCommand.ZOOM,
+            hexadecimal(WIDEST, 4),
+            lambda: self._zoom_counts(zoomed_by),
+            (WIDEST,),
+            NEAR_ZOOM,
+            zoomed_by,
+        )
 
-    def look(
-        self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
-    ) -> HeadState:
-        """Where it stands after a move to `pan` and `tilt` (radians); returns when it is still.
+    def look(self, pan: float, tilt: float, timeout: float = 10.0) -> HeadState:
+        """Turn to `pan` and `tilt` (radians) and return where it stands once it is still.
 
         InputError beyond its limits; DeviceTimeout if it does not answer, or still moves after
         `timeout` seconds; DeviceError if it refuses or comes to stand elsewhere.
         """
-        self.limits.check(pan, tilt, zoom)
+        self.limits.check(pan, tilt)
         goal_pan, goal_tilt = counts_of(pan, tilt)
         goal_pan = max(-REACH.pan_limit, min(goal_pan, REACH.pan_limit))
         goal_tilt = max(REACH.tilt_lowest, min(goal_tilt, REACH.tilt_highest))
         goal = (goal_pan, goal_tilt)
         if not self.answers:
-            return self._look_unanswered(goal, zoom, timeout)
+            return self._look_unanswered(goal, timeout)
         deadline = self._clock.now() + timeout
-        if zoom is not None:
-            self._zoom_to(zoom, deadline)
         where = encode_angle(goal_pan) + encode_angle(goal_tilt)
         here = self._perform(
             CanonCommand.MOVE, where, lambda: self._position(deadline), goal, NEAR, deadline
         )
         return self._state(here)
-
-    def where(self) -> HeadState:
-        """Where it looks now, moving or not; errors as `look`.
-
-        Of a head that does not answer: the commanded angles, not `reported`.
-        """
-        if not self.answers:
-            if self._commanded is None:
-                raise DeviceError(
-                    "the camera head's angles are not known: it does not answer, and was stopped"
-                    " or not started; turn it somewhere first"
-                )
-            return self._state(self._commanded)
-        deadline = self._clock.now() + ANSWER_S
-        here = self._position(deadline)
-        (self._zoom,) = self._zoom_counts(deadline)
-        return self._state(here)
-
-    def stop(self) -> None:
-        """Stop its motion where it is; errors as `look`."""
-        if self.answers:
-            self._order(CanonCommand.DRIVE, FIRST, self._clock.now() + ANSWER_S)
-        else:
-            self._line.send_unanswered(CanonCommand.DRIVE, FIRST)
-            self._commanded = None
 
     def close(self) -> None:
         """Close the line; the head stays as it stands."""
@@ -320,26 +298,22 @@ class CanonVcC4:
         self._line.send_unanswered(CanonCommand.INITIALIZE, FIRST, MIDDLE_S)
         for command, parameters in SETTINGS:
             self._line.send_unanswered(command, parameters)
-        self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(self._zoom, 4), UNREPORTED_ZOOM_S)
+        self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(WIDEST, 4), UNREPORTED_ZOOM_S)
         self._commanded = (0, 0)
 
-    def _look_unanswered(self, goal: Counts, zoom: int | None, timeout: float) -> HeadState:
+    def _look_unanswered(self, goal: Counts, timeout: float) -> HeadState:
         if self._commanded is None:
             ways: Counts = (2 * REACH.pan_limit, REACH.tilt_highest - REACH.tilt_lowest)
         else:
             ways = tuple(abs(a - b) for a, b in zip(goal, self._commanded, strict=True))
         wait = max(ways[0] / REACH.fastest_pan, ways[1] / REACH.fastest_tilt) + MARGIN_S
-        zooming = UNREPORTED_ZOOM_S if zoom is not None else 0.0
-        if wait + zooming > timeout:
+        if wait > timeout:
             raise DeviceTimeout(
-                f"the camera head needs {wait + zooming:.1f} s for this and cannot say when it is"
+                f"the camera head needs {wait:.1f} s for this and cannot say when it is"
                 f" done: give it more than {timeout:.1f} s"
             )
         # It accepts no move during another one, and cannot report that.
         self._line.send_unanswered(CanonCommand.DRIVE, FIRST)
-        if zoom is not None:
-            self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(zoom, 4), zooming)
-            self._zoom = zoom
         self._line.send_unanswered(
             CanonCommand.MOVE, b"".join(encode_angle(counts) for counts in goal), wait
         )
@@ -372,16 +346,6 @@ class CanonVcC4:
         )
         return (counts,)
 
-    def _zoom_to(self, counts: int, deadline: float) -> None:
-        (self._zoom,) = self._perform(
-            CanonCommand.ZOOM,
-            hexadecimal(counts, 4),
-            lambda: self._zoom_counts(deadline),
-            (counts,),
-            NEAR_ZOOM,
-            deadline,
-        )
-
     def _perform(
         self,
         command: CanonCommand,
@@ -391,7 +355,7 @@ class CanonVcC4:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """The position by `read` once the head has carried the command out."""
+        """Return the position by `read` once the head has carried the command out."""
         here: Counts = ()
         for _ in range(ATTEMPTS):
             self._order(command, parameters, deadline)

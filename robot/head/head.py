@@ -37,25 +37,19 @@ class HeadLimits:
     tilt_step: float
     zoom_max: int
 
-    def check(self, pan: float, tilt: float, zoom: int | None = None) -> None:
-        """InputError if the head cannot look there; half a step beyond a limit is allowed."""
-        self._check_angle("pan", pan, self.pan_min, self.pan_max, self.pan_step)
-        self._check_angle("tilt", tilt, self.tilt_min, self.tilt_max, self.tilt_step)
-        if zoom is not None and not 0 <= zoom <= self.zoom_max:
-            raise InputError(
-                f"zoom {zoom} is not within 0 … {self.zoom_max}, the counts of this camera head"
-            )
-
-    def _check_angle(
-        self, name: str, angle: float, lowest: float, highest: float, step: float
-    ) -> None:
-        # Written so that NaN is refused as well.
-        if not lowest - step / 2 <= angle <= highest + step / 2:
-            raise InputError(
-                f"{name} {math.degrees(angle):.1f}° is beyond the {math.degrees(lowest):.1f}° …"
-                f" {math.degrees(highest):.1f}° of this camera head: turn the robot, or leave the"
-                " view out of the tour"
-            )
+    def check(self, pan: float, tilt: float) -> None:
+        """Raise InputError if the head cannot look there; half a step beyond a limit is allowed."""
+        for name, angle, lowest, highest, step in (
+            ("pan", pan, self.pan_min, self.pan_max, self.pan_step),
+            ("tilt", tilt, self.tilt_min, self.tilt_max, self.tilt_step),
+        ):
+            # Written so that NaN is refused as well.
+            if not lowest - step / 2 <= angle <= highest + step / 2:
+                raise InputError(
+                    f"{name} {math.degrees(angle):.1f}° is beyond the {math.degrees(lowest):.1f}° …"
+                    f" {math.degrees(highest):.1f}° of this camera head: turn the robot, or leave"
+                    " the view out of the tour"
+                )
 
 
 class PanTiltHead(Protocol):
@@ -70,21 +64,10 @@ class PanTiltHead(Protocol):
         """How far it can turn; of a family of heads, known for certain after `start`."""
 
     def start(self) -> None:
-        """Switch it on if it is off, and wait until it accepts commands."""
+        """Switch it on if it is off, set its widest zoom, and wait until it accepts commands."""
 
-    def look(
-        self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
-    ) -> HeadState:
-        """Where it stands after it was turned to `pan`, `tilt` (radians); returns when it is still.
-
-        The zoom stays as it is unless one is given.
-        """
-
-    def where(self) -> HeadState:
-        """Where it looks now, moving or not."""
-
-    def stop(self) -> None:
-        """Stop its motion where it is."""
+    def look(self, pan: float, tilt: float, timeout: float = 10.0) -> HeadState:
+        """Turn to `pan`, `tilt` (radians) and return where it stands once it is still."""
 
     def close(self) -> None:
         """Give its line back; the head stays as it stands."""
@@ -119,7 +102,7 @@ def wait_until_still(
     deadline: float,
     clock: Clock,
 ) -> tuple[Counts, bool]:
-    """The position at rest, by equal answers of `read`, and whether that is at `target`.
+    """Return the position at rest, by equal answers of `read`, and whether that is at `target`.
 
     At the target itself two equal answers are enough; within `tolerance` of it they must be equal
     for `STILL_S`, elsewhere, where it may not have begun to move, for `STARTING_S`. DeviceTimeout

@@ -17,18 +17,17 @@ HEAD_KINDS: Final = tuple(DRIVERS)
 """Names that `open_head` knows."""
 
 
-def open_head(kind: str, line: ByteLine, *, zoom: int = 0, unheard: bool = False) -> PanTiltHead:
-    """The driver of a head of this kind, not started yet; InputError for a kind not known.
+def open_head(kind: str, line: ByteLine, *, unheard: bool = False) -> PanTiltHead:
+    """Return the driver of a head of this kind, not started yet; InputError for an unknown kind.
 
-    `zoom` is set when it starts and kept: in the head's own counts, 0 the widest. `unheard` allows
-    a head to be moved open-loop if it does not answer, which only Canon's can; otherwise a missing
-    head would go unnoticed.
+    `unheard` allows a head to be moved open-loop if it does not answer, which only Canon's can;
+    otherwise a missing head would go unnoticed.
     """
     driver = DRIVERS.get(kind)
     if driver is None:
         raise InputError(f"{kind} is no camera head known here: use one of {', '.join(HEAD_KINDS)}")
     if driver is CanonVcC4:
-        return CanonVcC4(line, zoom=zoom, answers=None if unheard else True)
+        return CanonVcC4(line, answers=None if unheard else True)
     if unheard:
         raise InputError(f"a {kind} is not moved unheard: leave that option out")
-    return driver(line, zoom=zoom)
+    return driver(line)

@@ -24,6 +24,7 @@ from facetlog.robot.head.sony_models import EVI_D30, SONY_MODELS, SonyModel
 from facetlog.robot.head.visca import (
     ACK_BYTES,
     BROADCAST,
+    CAMERA_1,
     END,
     ERROR_BYTES,
     POSITION_BYTES,
@@ -35,7 +36,6 @@ from facetlog.robot.head.visca import (
     AddressSet,
     Command,
     Completed,
-    Drive,
     Failed,
     Fixed,
     Information,
@@ -67,8 +67,8 @@ FRAME_BYTES = 3
 class ViscaLine:
     """The line to a Sony head, in whole answers; every wait has a time-out."""
 
-    def __init__(self, line: ByteLine, clock: Clock, address: int = 1) -> None:
-        self._line, self._clock, self._address = line, clock, address
+    def __init__(self, line: ByteLine, clock: Clock) -> None:
+        self._line, self._clock = line, clock
 
     def set_addresses(self) -> None:
         """Number the heads on the line; one that already has a number may not answer."""
@@ -80,7 +80,7 @@ class ViscaLine:
             return
 
     def ask(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T | Failed:
-        """The answer to an inquiry as read by `decode`, or why there is none.
+        """Return the answer to an inquiry as read by `decode`, or why there is none.
 
         The whole answer has `length` bytes. DeviceTimeout if the head never answers, DeviceError if
         no answer can be decoded.
@@ -97,7 +97,7 @@ class ViscaLine:
         return self._persist(inquiry, answer)
 
     def command(self, command: Command) -> Ack | Failed:
-        """The acknowledgement or refusal of a command; `completed` waits for its end.
+        """Return the acknowledgement or refusal of a command; `completed` waits for its end.
 
         A command whose answer was lost is sent again, so it must be idempotent. Errors as `ask`.
         """
@@ -111,7 +111,9 @@ class ViscaLine:
         return self._persist(command, answer)
 
     def completed(self, ack: Ack, timeout: float) -> bool:
-        """Whether the head reported completion of the command; False if it reported nothing."""
+        """Return whether the head reported completion of the command; False if it reported
+        nothing.
+        """
         try:
             reply = self._receive(ACK_BYTES, ERROR_BYTES, timeout)
         except (DeviceTimeout, ViscaSyntaxError):
@@ -138,18 +140,18 @@ class ViscaLine:
         self._line.close()
 
     def _receive(self, first: int, whole: int, timeout: float = REPLY_S) -> Reply:
-        """The next answer, of `first` or `whole` bytes."""
+        """Return the next answer, of `first` or `whole` bytes."""
         data = self._line.receive(first, timeout)
-        if data[0] not in (0x80 + 0x10 * self._address, 0x80 | BROADCAST):
+        if data[0] not in (CAMERA_1, 0x80 | BROADCAST):
             raise ViscaSyntaxError(f"{data.hex(' ')} begins no answer")
         if whole > first and data[-1] != END:
             data += self._line.receive(whole - first, REPLY_S)
-        return parse_reply(data, self._address)
+        return parse_reply(data)
 
     def _persist(self, command: Command, answer: Callable[[], T]) -> T:
         def send() -> T:
             self._line.flush()
-            self._line.send(to_bytes(command, self._address))
+            self._line.send(to_bytes(command))
             return answer()
 
         checks = ", and that it runs at 9600 baud"
@@ -171,18 +173,17 @@ NEAR_ZOOM = 8
 ZOOM_S = 15.0
 """From end to end of the zoom, seconds, with room to spare."""
 ON = bytes([2])
+WIDEST = 0
 
 
 class SonyEviD30:
-    """A Sony head on a line; `zoom` is set at the start and kept (counts, 0 the widest)."""
+    """A Sony head on a line, at its widest zoom."""
 
-    def __init__(
-        self, line: ByteLine, *, zoom: int = 0, address: int = 1, clock: Clock | None = None
-    ) -> None:
+    def __init__(self, line: ByteLine, *, clock: Clock | None = None) -> None:
         self._clock = clock or Clock()
-        self._line = ViscaLine(line, self._clock, address)
+        self._line = ViscaLine(line, self._clock)
         self._model: SonyModel = EVI_D30
-        self._zoom = zoom
+        self._zoom = WIDEST
 
     @property
     def model(self) -> SonyModel:
@@ -195,7 +196,7 @@ class SonyEviD30:
         return self._model.limits
 
     def start(self) -> None:
-        """Switch it on if it is off, inquire its model and set the zoom.
+        """Switch it on if it is off, inquire its model and set the widest zoom.
 
         DeviceTimeout if it does not answer or does not get ready, DeviceError if the model's scale
         of angles is not known.
@@ -204,21 +205,19 @@ class SonyEviD30:
         self._line.clear()
         self._switch_on(self._clock.now() + STARTING_S)
         self._model = self._ask_model()
-        self.limits.check(0.0, 0.0, self._zoom)
-        self._zoom_to(self._zoom, self._clock.now() + ZOOM_S)
+        zoomed_by = self._clock.now() + ZOOM_S
+        (self._zoom,) = self._perform(
+            ZoomTo(WIDEST), self._zoom_counts, (WIDEST,), (NEAR_ZOOM,), zoomed_by
+        )
 
-    def look(
-        self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
-    ) -> HeadState:
-        """Where it stands after a move to `pan` and `tilt` (radians); returns when it is still.
+    def look(self, pan: float, tilt: float, timeout: float = 10.0) -> HeadState:
+        """Turn to `pan` and `tilt` (radians) and return where it stands once it is still.
 
         InputError beyond its limits; DeviceTimeout if it does not answer, or still moves after
         `timeout` seconds; DeviceError if it refuses or comes to stand elsewhere.
         """
-        self.limits.check(pan, tilt, zoom)
+        self.limits.check(pan, tilt)
         deadline = self._clock.now() + timeout
-        if zoom is not None:
-            self._zoom_to(zoom, deadline)
         goal_pan, goal_tilt = self._model.counts(pan, tilt)
         goal_pan = max(-self._model.pan_limit, min(goal_pan, self._model.pan_limit))
         goal_tilt = max(self._model.tilt_lowest, min(goal_tilt, self._model.tilt_highest))
@@ -230,25 +229,12 @@ class SonyEviD30:
         here_pan, here_tilt = self._perform(
             move, self._position, (goal_pan, goal_tilt), near, deadline
         )
-        return self._state(here_pan, here_tilt)
-
-    def where(self) -> HeadState:
-        """Where it looks now, moving or not; errors as `look`."""
-        pan, tilt = self._position()
-        (self._zoom,) = self._zoom_counts()
-        return self._state(pan, tilt)
-
-    def stop(self) -> None:
-        """Stop its motion where it is; errors as `look`."""
-        if isinstance(self._line.command(Drive(0, 0)), Failed):
-            self._line.clear()
+        angles = self._model.angles(here_pan, here_tilt)
+        return HeadState(*angles, self._zoom, self._clock.now())
 
     def close(self) -> None:
         """Close the line; the head stays as it stands."""
         self._line.close()
-
-    def _state(self, pan: int, tilt: int) -> HeadState:
-        return HeadState(*self._model.angles(pan, tilt), self._zoom, self._clock.now())
 
     def _switch_on(self, deadline: float) -> None:
         """Wait until it reports its position, which it does not while it is off or starting."""
@@ -285,7 +271,7 @@ class SonyEviD30:
         return (self._inquired(Inquiry.ZOOM, ZOOM_BYTES, number),)
 
     def _inquired(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
-        """The answer; DeviceError if the head refuses it repeatedly."""
+        """Return the answer; DeviceError if the head refuses it repeatedly."""
         reply = self._line.ask(inquiry, length, decode)
         for _ in range(ATTEMPTS - 1):
             if not isinstance(reply, Failed):
@@ -298,11 +284,6 @@ class SonyEviD30:
             )
         return reply
 
-    def _zoom_to(self, counts: int, deadline: float) -> None:
-        (self._zoom,) = self._perform(
-            ZoomTo(counts), self._zoom_counts, (counts,), (NEAR_ZOOM,), deadline
-        )
-
     def _perform(
         self,
         command: Command,
@@ -311,7 +292,7 @@ class SonyEviD30:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """The position by `read` once the head has carried the command out."""
+        """Return the position by `read` once the head has carried the command out."""
         reason = ""
         for _ in range(ATTEMPTS):
             reply = self._line.command(command)

@@ -38,16 +38,6 @@ class AbsoluteMove:
 
 
 @dataclass(frozen=True, slots=True)
-class RelativeMove:
-    """By counts from where the head stands; rounding errors of such moves add up."""
-
-    pan: int
-    tilt: int
-    pan_speed: int = FASTEST_PAN
-    tilt_speed: int = FASTEST_TILT
-
-
-@dataclass(frozen=True, slots=True)
 class Drive:
     """Continuous motion until stopped: pan 1 right, -1 left, tilt 1 up, -1 down, 0 stop."""
 
@@ -65,14 +55,6 @@ class ZoomTo:
 
 
 @dataclass(frozen=True, slots=True)
-class ZoomDrive:
-    """Continuous zoom: 1 to tele, -1 to wide, 0 stop; `speed` 0 … 7, None for the standard one."""
-
-    direction: int
-    speed: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Power:
     """On, or off (stand-by: it still answers)."""
 
@@ -80,25 +62,14 @@ class Power:
 
 
 @dataclass(frozen=True, slots=True)
-class Cancel:
-    """Cancels the command of a socket."""
-
-    socket: int
-
-
-@dataclass(frozen=True, slots=True)
 class AddressSet:
-    """Numbers the cameras of a chain: the first takes `first`, and hands on the next number."""
-
-    first: int = 1
+    """Number the cameras of a chain: the first takes 1, and hands on the next number."""
 
 
 class Fixed(Enum):
     """Commands that take no argument."""
 
     HOME = bytes.fromhex("01 06 04")
-    RESET = bytes.fromhex("01 06 05")
-    """Homes again."""
     CLEAR = bytes.fromhex("01 00 01")
     """Clears the commands in progress."""
 
@@ -109,30 +80,18 @@ class Inquiry(Enum):
     VERSION = bytes.fromhex("09 00 02")
     POWER = bytes.fromhex("09 04 00")
     ZOOM = bytes.fromhex("09 04 47")
-    FASTEST = bytes.fromhex("09 06 11")
     POSITION = bytes.fromhex("09 06 12")
 
 
-Command = (
-    AbsoluteMove
-    | RelativeMove
-    | Drive
-    | ZoomTo
-    | ZoomDrive
-    | Power
-    | Cancel
-    | AddressSet
-    | Fixed
-    | Inquiry
-)
+Command = AbsoluteMove | Drive | ZoomTo | Power | AddressSet | Fixed | Inquiry
 
-ABSOLUTE, RELATIVE, DRIVE = (bytes.fromhex(f"01 06 0{n}") for n in (2, 3, 1))
-ZOOM_TO, ZOOM_DRIVE, POWER = (bytes.fromhex(f"01 04 {n}") for n in ("47", "07", "00"))
+ABSOLUTE, DRIVE = bytes.fromhex("01 06 02"), bytes.fromhex("01 06 01")
+ZOOM_TO, POWER = bytes.fromhex("01 04 47"), bytes.fromhex("01 04 00")
+ADDRESS_ONE = bytes.fromhex("30 01")
 ON, OFF = 2, 3
 STOPPED = 3
 PAN_WAYS: Final = {-1: 1, 1: 2, 0: STOPPED}  # left, right
 TILT_WAYS: Final = {1: 1, -1: 2, 0: STOPPED}  # up, down
-ZOOM_STOP, ZOOM_TELE, ZOOM_WIDE = 0, 2, 3
 
 
 def nibbles(value: int) -> bytes:
@@ -147,23 +106,22 @@ def nibbles(value: int) -> bytes:
 
 
 def number(data: bytes) -> int:
-    """The signed number of 16 bits in four half bytes; ViscaSyntaxError if they are not that."""
+    """Return the signed number of 16 bits in four half bytes; ViscaSyntaxError if they are not
+    that.
+    """
     if len(data) != 4 or any(byte > 0xF for byte in data):
         raise ViscaSyntaxError(f"{data.hex(' ')} is no number in four half bytes")
     value = sum(byte << shift for byte, shift in zip(data, (12, 8, 4, 0), strict=True))
     return value - 0x10000 if value >= 0x8000 else value
 
 
-def to_bytes(command: Command, address: int = 1) -> bytes:
-    """The frame of a command for the camera with this address.
+def to_bytes(command: Command, *, broadcast: bool = False) -> bytes:
+    """Return the frame of a command for camera 1, or for all cameras.
 
     >>> to_bytes(AbsoluteMove(pan=264, tilt=-120)).hex(" ")
     '81 01 06 02 18 14 00 01 00 08 0f 0f 08 08 ff'
     """
-    if isinstance(command, AddressSet):
-        address = BROADCAST
-    if not 1 <= address <= BROADCAST:
-        raise ValueError(f"{address} is no address of a camera: 1 … 7, or 8 for all")
+    address = BROADCAST if broadcast or isinstance(command, AddressSet) else 1
     return bytes([0x80 | address]) + _body(command) + bytes([END])
 
 
@@ -171,27 +129,20 @@ def _body(command: Command) -> bytes:
     match command:
         case AbsoluteMove(pan, tilt, pan_speed, tilt_speed):
             return ABSOLUTE + bytes([pan_speed, tilt_speed]) + nibbles(pan) + nibbles(tilt)
-        case RelativeMove(pan, tilt, pan_speed, tilt_speed):
-            return RELATIVE + bytes([pan_speed, tilt_speed]) + nibbles(pan) + nibbles(tilt)
         case Drive(pan, tilt, pan_speed, tilt_speed):
             return DRIVE + bytes([pan_speed, tilt_speed, PAN_WAYS[pan], TILT_WAYS[tilt]])
         case ZoomTo(counts):
             return ZOOM_TO + nibbles(counts)
-        case ZoomDrive(direction, speed):
-            way = {0: ZOOM_STOP, 1: ZOOM_TELE, -1: ZOOM_WIDE}[direction]
-            return ZOOM_DRIVE + bytes([way if speed is None or not way else way << 4 | speed])
         case Power(on):
             return POWER + bytes([ON if on else OFF])
-        case Cancel(socket):
-            return bytes([0x20 | socket])
-        case AddressSet(first):
-            return bytes([0x30, first])
+        case AddressSet():
+            return ADDRESS_ONE
         case Fixed() | Inquiry():
             return bytes(command.value)
 
 
 def parse_command(frame: bytes) -> tuple[int, Command]:
-    """The address and command of a frame; ViscaSyntaxError if it is no known command.
+    """Return the address and command of a frame; ViscaSyntaxError if it is no known command.
 
     >>> parse_command(bytes.fromhex("81 09 06 12 FF"))
     (1, <Inquiry.POSITION: b'\\t\\x06\\x12'>)
@@ -209,24 +160,18 @@ def _command(body: bytes) -> Command:
         for member in kind:
             if member.value == body:
                 return member
-    if len(body) == 1 and body[0] >> 4 == 2:
-        return Cancel(body[0] & 0xF)
-    if len(body) == 2 and body[0] == 0x30:
-        return AddressSet(body[1])
+    if body == ADDRESS_ONE:
+        return AddressSet()
     reader = READERS.get(body[:3])
     if reader is None:
         raise ViscaSyntaxError(f"no command begins with {body[:3].hex(' ')}")
     return reader(body[3:])
 
 
-def _move(kind: type[AbsoluteMove] | type[RelativeMove]) -> Callable[[bytes], Command]:
-    def read(data: bytes) -> Command:
-        if len(data) != 10:
-            raise ViscaSyntaxError(f"a move has 10 bytes, not {len(data)}")
-        pan_speed, tilt_speed = _speeds(data)
-        return kind(number(data[2:6]), number(data[6:]), pan_speed, tilt_speed)
-
-    return read
+def _move(data: bytes) -> AbsoluteMove:
+    if len(data) != 10:
+        raise ViscaSyntaxError(f"a move has 10 bytes, not {len(data)}")
+    return AbsoluteMove(number(data[2:6]), number(data[6:]), *_speeds(data))
 
 
 def _drive(data: bytes) -> Drive:
@@ -243,19 +188,6 @@ def _speeds(data: bytes) -> tuple[int, int]:
     return data[0], data[1]
 
 
-def _zoom_drive(data: bytes) -> ZoomDrive:
-    if data == bytes([ZOOM_STOP]):
-        return ZoomDrive(0)
-    if len(data) == 1:
-        way, speed = data[0] >> 4, data[0] & 0xF
-        for code, direction in ((ZOOM_TELE, 1), (ZOOM_WIDE, -1)):
-            if data[0] == code:
-                return ZoomDrive(direction)
-            if way == code and speed <= 7:
-                return ZoomDrive(direction, speed)
-    raise ViscaSyntaxError(f"{data.hex(' ')} is no way to zoom")
-
-
 def _power(data: bytes) -> Power:
     if len(data) != 1 or data[0] not in (ON, OFF):
         raise ViscaSyntaxError(f"{data.hex(' ')} is neither on nor off")
@@ -263,11 +195,9 @@ def _power(data: bytes) -> Power:
 
 
 READERS: Final[dict[bytes, Callable[[bytes], Command]]] = {
-    ABSOLUTE: _move(AbsoluteMove),
-    RELATIVE: _move(RelativeMove),
+    ABSOLUTE: _move,
     DRIVE: _drive,
     ZOOM_TO: lambda data: ZoomTo(number(data)),
-    ZOOM_DRIVE: _zoom_drive,
     POWER: _power,
 }
 
@@ -281,6 +211,8 @@ ZOOM_BYTES: Final = 7
 VERSION_BYTES: Final = 10
 POSITION_BYTES: Final = 11
 
+CAMERA_1 = 0x90
+"""The first byte of what camera 1 sends."""
 INQUIRY_ANSWER = 0x50
 NETWORK_CHANGE = 0x38
 CLEAR_ECHO = bytes.fromhex("01 00 01")
@@ -295,8 +227,6 @@ class ViscaError(IntEnum):
     BUFFER_FULL = 0x03
     """Both sockets are taken."""
     CANCELLED = 0x04
-    NO_SOCKET = 0x05
-    """There was nothing to cancel."""
     NOT_EXECUTABLE = 0x41
     """Not now: it is off, or starting."""
 
@@ -380,13 +310,13 @@ def position_of(data: bytes) -> tuple[int, int]:
     return number(data[:4]), number(data[4:])
 
 
-def encode_reply(reply: Reply, address: int = 1) -> bytes:
-    """The frame of an answer from the camera with this address.
+def encode_reply(reply: Reply) -> bytes:
+    """Return the frame of an answer from camera 1.
 
     >>> encode_reply(Information(bytes.fromhex("00 01 00 08 0F 0F 08 08"))).hex(" ")
     '90 50 00 01 00 08 0f 0f 08 08 ff'
     """
-    sender = 0x80 + 0x10 * address
+    sender = CAMERA_1
     match reply:
         case Ack(socket):
             body = bytes([sender, 0x40 | socket])
@@ -405,15 +335,15 @@ def encode_reply(reply: Reply, address: int = 1) -> bytes:
     return body + bytes([END])
 
 
-def parse_reply(frame: bytes, address: int = 1) -> Reply:
-    """The reply in a frame; ViscaSyntaxError if it is no answer from that camera.
+def parse_reply(frame: bytes) -> Reply:
+    """Return the reply in a frame; ViscaSyntaxError if it is no answer from camera 1.
 
     >>> parse_reply(bytes.fromhex("90 61 04 FF"))
     Failed(error=<ViscaError.CANCELLED: 4>, socket=1)
     """
     if len(frame) >= 3 and frame[-1] == END and END not in frame[:-1]:
         head, body = frame[0], frame[1:-1]
-        if head == 0x80 + 0x10 * address:
+        if head == CAMERA_1:
             return _answer(body)
         if head == 0x80 | BROADCAST:
             if body == CLEAR_ECHO:

@@ -64,7 +64,7 @@ class MountFit:
 
 
 def board_place(corners: Corners, camera: Camera, seen_from: Pose) -> Pose | None:
-    """The board's pose in the world from one picture (its frame is that of `Board`)."""
+    """Return the board's pose in the world from one picture (its frame is that of `Board`)."""
     done, turn, shift = cv2.solvePnP(
         corners.points, corners.pixels, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE
     )
@@ -82,7 +82,7 @@ def fit_mount(
     *,
     board_height: float | None = None,
 ) -> MountFit:
-    """The mount that fits the sightings best, from the prior `prior`.
+    """Return the mount that fits the sightings best, from the prior `prior`.
 
     `board_height` is that of the board's upper left corner over the floor, metres: without it the
     mount's height stays at its prior. InputError for too few sightings.
@@ -162,7 +162,7 @@ class _Problem:
         self.owners, self.owned = self._owners()
 
     def _owners(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """The number of each residual's station, and whether it has one."""
+        """Return the number of each residual's station, and whether it has one."""
         nobody = np.full(1, -1)
         owners = np.concatenate(
             [

@@ -50,7 +50,7 @@ def _robot_from_head(mount: Mount) -> FloatArray:
 
 
 def _head_from_axes(mount: Mount, pan: ArrayLike, tilt: ArrayLike) -> FloatArray:
-    """The frame that turns with both axes, x along the view if there is no skew."""
+    """Return the frame that turns with both axes, x along the view if there is no skew."""
     raised = np.asarray(tilt, dtype=np.float64) + mount.tilt_zero
     return _about(2, pan) @ _about(1, -raised)
 
@@ -87,7 +87,7 @@ def camera_pose(robot: Pose2, mount: Mount, gaze: Gaze) -> Pose:
 
 
 def gaze_at(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
-    """The angles at which the optical axis goes through `point` (3,) in the world."""
+    """Return the angles at which the optical axis goes through `point` (3,) in the world."""
     turn = _about(2, robot.heading)
     place = np.array([robot.x, robot.y, 0.0])
     gaze = Gaze(0.0, 0.0)
@@ -100,7 +100,7 @@ def gaze_at(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
 def stand_for(
     pinhole: tuple[float, float], heading: float, mount: Mount, point: FloatArray
 ) -> tuple[Pose2, Gaze]:
-    """Where the robot stands, and the angles, so that the pinhole is above `pinhole` (x, y).
+    """Return where the robot stands, and the angles, so that the pinhole is above `pinhole` (x, y).
 
     The robot's heading is given; the optical axis goes through `point` (3,). The pinhole's height
     is what the mount makes it.
@@ -119,7 +119,7 @@ def _pinhole(mount: Mount, gaze: Gaze) -> FloatArray:
 
 
 def _find_gaze(turn: FloatArray, mount: Mount, direction: FloatArray) -> Gaze:
-    """The angles at which the optical axis has a direction (3,) in the world."""
+    """Return the angles at which the optical axis has a direction (3,) in the world."""
     x, y, z = (turn @ _robot_from_head(mount)).T @ direction
     return Gaze(float(np.arctan2(y, x)), float(np.arctan2(z, np.hypot(x, y))) - mount.tilt_zero)
 

@@ -51,7 +51,7 @@ class Mount:
         return tuple(getattr(self, name) for name in PARAMETERS)
 
     def with_values(self, values: tuple[float, ...]) -> "Mount":
-        """The mount with other numbers and the same deviations."""
+        """Return the mount with other numbers and the same deviations."""
         changed = dict(zip(PARAMETERS, values, strict=True))
         kept: dict[str, tuple[float, ...]] = {"sds": self.sds}
         return Mount(**changed, **kept)  # type: ignore[arg-type]
@@ -73,7 +73,7 @@ def _key(name: str) -> str:
 
 
 def mount_text(mount: Mount, *, remarks: tuple[str, ...] = ()) -> str:
-    """The mount as TOML, in metres and degrees; `remarks` are put before it as comments."""
+    """Return the mount as TOML, in metres and degrees; `remarks` are put before it as comments."""
     head = ("# Where the camera head sits on the robot: metres and degrees.", *remarks)
     lines = [line if line.startswith("#") else f"# {line}" for line in head]
     for title, values in (("mount", mount.values), ("sd", mount.sds)):
@@ -85,7 +85,7 @@ def mount_text(mount: Mount, *, remarks: tuple[str, ...] = ()) -> str:
 
 
 def read_mount(path: Path) -> Mount:
-    """The mount in a TOML file: tables mount and sd, missing keys have their defaults.
+    """Return the mount in a TOML file: tables mount and sd, missing keys have their defaults.
 
     InputError for a file that is not of this form, CalibrationError for impossible numbers; both
     name the file and the key.
@@ -110,7 +110,7 @@ def read_mount(path: Path) -> Mount:
 
 
 def _numbers(table: object, instead: tuple[float, ...], where: str) -> tuple[float, ...]:
-    """The numbers of one table in SI units, in the order of `PARAMETERS`."""
+    """Return the numbers of one table in SI units, in the order of `PARAMETERS`."""
     if not isinstance(table, Mapping):
         raise InputError(f"{where}: is no table")
     keys = {_key(name): name for name in PARAMETERS}

@@ -28,7 +28,7 @@ from facetlog.robot.pioneer.packets.reports import (
     ServerInformation,
 )
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.state import OdometryErrors, RobotState, StateMaker, reports_motors
+from facetlog.robot.pioneer.state import OdometryErrors, RobotState, StateMaker
 
 REPEAT = 0.15
 """Seconds after which speeds are sent again: two packets, of about one in 50 ms that P2OS takes."""
@@ -79,7 +79,7 @@ class Motion:
         return self._until if any(self._sent) else self._pair_at + LONGEST_LEASE
 
     def stopping(self) -> list[Packet]:
-        """The packets that stop the robot as it was commanded last, hard if it must be."""
+        """Return the packets that stop the robot as it was commanded last, hard if it must be."""
         zeros = [make_integer_command(Command.VEL, 0), make_integer_command(Command.RVEL, 0)]
         hard = not self._limits.brakes_in_time(*self.commanded)
         return [make_plain_command(Command.ESTOP), *zeros] if hard else zeros
@@ -125,16 +125,18 @@ class Motion:
             self._stands = True
 
     def take_ended(self) -> tuple[Cause, str] | None:
-        """Why the last lease ended if it ran out or its thread did; returned once."""
+        """Return why the last lease ended if it ran out or its thread did; returned once."""
         ended, self._ended = self._ended, None
         return ended
 
     def held_up(self, now: float) -> bool:
-        """Whether nothing was sent for so long that the watchdog may have stopped the robot."""
+        """Return whether nothing was sent for so long that the watchdog may have stopped the
+        robot.
+        """
         return now - self._last_out >= self._gap
 
     def before_other(self, now: float) -> list[Packet]:
-        """The packets that must precede another part's packet at `now`."""
+        """Return the packets that must precede another part's packet at `now`."""
         packets = self._zeros_first(now)
         self._last_out = now
         return packets
@@ -148,7 +150,7 @@ class Motion:
                 self._sent = (value, turning) if packet.kind == Command.VEL else (speed, value)
 
     def advance(self, now: float) -> list[Packet]:
-        """The packets to send at `now`."""
+        """Return the packets to send at `now`."""
         packets = self._zeros_first(now)
         if packets:
             return packets
@@ -238,7 +240,8 @@ class Control:
         self.lost: DeviceError | None = None
         """Why there is no session any more."""
         self._maker = StateMaker(parameters, configuration, errors)
-        self._reports_motors = reports_motors(parameters)
+        self.reports_motors = parameters.generation.reports_motors
+        """Whether reports include the state of the motors."""
         # On connecting the robot's motors are off, whatever they were before (manuals of both).
         self._maker.motors_thought_on = False
         self._motors_wanted = False
@@ -253,7 +256,7 @@ class Control:
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """What went wrong so far, the last thousand."""
+        """The last thousand problems so far."""
         return tuple(self._problems)
 
     def new_problems(self) -> list[Problem]:
@@ -285,7 +288,7 @@ class Control:
             self._last_sign = self._looked
 
     def advance(self, now: float) -> list[Packet]:
-        """The packets to send at `now`."""
+        """Return the packets to send at `now`."""
         self._check_link(now)
         packets = self.motion.advance(now)
         if (ended := self.motion.take_ended()) is not None:
@@ -345,7 +348,7 @@ class Control:
         self.halted = None
 
     def switching(self, on: bool) -> list[Packet]:
-        """The packets that switch the motors, to be sent slowly."""
+        """Return the packets that switch the motors, to be sent slowly."""
         self.motion.rest()
         if not on:
             return [make_integer_command(Command.ENABLE, 0)]
@@ -362,11 +365,6 @@ class Control:
         """Notes, in the replay of a log, that a packet was sent."""
         self.goes_out(packet)
         self.motion.went_out(packet)
-
-    @property
-    def reports_motors(self) -> bool:
-        """Whether reports include the state of the motors."""
-        return self._reports_motors
 
     def parting(self) -> list[Packet]:
         """Commands that restore the robot's own settings for its next client."""
@@ -423,7 +421,7 @@ class Control:
         self._last_report, self._last_sign, self._quiet = at, at, False
         if doubt is not None:
             self.say(Problem(Cause.ODOMETRY, doubt, at))
-        if not state.standing and not self._reports_motors and self._motors_wanted:
+        if not state.standing and not self.reports_motors and self._motors_wanted:
             self._maker.motors_thought_on = True
         self.state = state
         self.motion.saw(state.standing)
@@ -436,7 +434,7 @@ class Control:
         for problem in problems:
             self.say(problem)
             self.motion.rest(in_time=True)
-            if problem.cause is Cause.NOT_MOVING and not self._reports_motors:
+            if problem.cause is Cause.NOT_MOVING and not self.reports_motors:
                 self._maker.motors_thought_on = False
             if self.halted is None:
                 self.halted = problem

@@ -249,7 +249,7 @@ class Guard:
     def look(
         self, state: RobotState, commanded: tuple[float, float], motors_wanted: bool
     ) -> list[Problem]:
-        """The new problems in a report; `commanded` are the last speed and turning sent."""
+        """Return the new problems in a report; `commanded` are the last speed and turning sent."""
         before, self._before = self._before, state
         found = [
             *_find_bumps(state, before),
@@ -261,7 +261,7 @@ class Guard:
         return [Problem(cause, text, state.at, stopped=True) for cause, text in found]
 
     def refusal(self, state: RobotState, speed: float) -> str | None:
-        """Why the robot may not be driven so as it is now; None if it may."""
+        """Return why the robot may not be driven so as it is now; None if it may."""
         if state.stop_button:
             return "the STOP button is pressed: pull it out, then call enable_motors()"
         if state.motors_on is False:

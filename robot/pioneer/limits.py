@@ -49,7 +49,7 @@ class Limits:
             raise ValueError(f"a battery's limit is a voltage, not {self.battery_v}")
 
     def of_robot(self, parameters: Parameters, configuration: Configuration | None) -> "Limits":
-        """The same, no higher than what the model and the robot itself allow."""
+        """Return the limits, no higher than the model and the robot itself allow."""
         speed, turning = parameters.speed_top, parameters.turning_top
         deceleration, turning_deceleration = self.deceleration, self.turning_deceleration
         battery = self.battery_v
@@ -87,7 +87,7 @@ class Limits:
         return speed / share, turning / share
 
     def brakes_in_time(self, speed: float, turning: float) -> bool:
-        """Whether the robot stands within `BRAKING_TIME` by its ordinary deceleration."""
+        """Return whether the robot stands within `BRAKING_TIME` by its ordinary deceleration."""
         slack = 1 + 1e-9
         return (
             abs(speed) <= self.deceleration * BRAKING_TIME * slack

@@ -21,7 +21,6 @@ from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.line.port import Port
 from facetlog.robot.pioneer.line.process import LineProcess
-from facetlog.robot.pioneer.opening import BAUD_CODES
 from facetlog.robot.pioneer.packets.commands import (
     LARGEST_TEXT,
     Command,
@@ -62,7 +61,9 @@ class Inbox:
             self._packets.clear()
 
     def take(self, timeout: float) -> Packet | None:
-        """The oldest, or None if there is none within so many seconds; DeviceError if lost."""
+        """Return the oldest, or None if there is none within so many seconds; DeviceError if
+        lost.
+        """
         with self._link.changed:
             self._link.wait_until(lambda: bool(self._packets), timeout)
             return self._packets.popleft().packet if self._packets else None
@@ -108,7 +109,7 @@ class Link:
         self._wake.set()
 
     def inbox(self, kind: int) -> Inbox:
-        """The queue for packets of a kind, from now on; one for each kind."""
+        """Return the queue for packets of a kind, from now on; one for each kind."""
         with self.changed:
             return self._inboxes.setdefault(kind, Inbox(self))
 
@@ -118,7 +119,7 @@ class Link:
             self._callbacks.append(callback)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Whether it holds within so many seconds; the lock is held. DeviceError if lost."""
+        """Return whether it holds within so many seconds; the lock is held. DeviceError if lost."""
         deadline = time.monotonic() + timeout
         while not condition():
             self.control.check()
@@ -143,7 +144,7 @@ class Link:
             self.control.check()
 
     def send_anyway(self, *packets: Packet, slowly: bool = False) -> None:
-        """The same, also if the link is lost: it may or may not arrive."""
+        """Send commands also if the link is lost: they may or may not arrive."""
         spacing = SLOW_SPACING if slowly else self._spacing
         for packet in packets:
             with self._others:
@@ -160,7 +161,7 @@ class Link:
                     self._put(data)
 
     def ask(self, question: Packet, kind: int, *, tries: int, each: float) -> Packet | None:
-        """The answer of a kind to a request, or None; `tries` requests, `each` s apart."""
+        """Return the answer of a kind to a request, or None; `tries` requests, `each` s apart."""
         inbox = self.inbox(kind)
         inbox.clear()
         for _ in range(tries):
@@ -295,34 +296,28 @@ class _Numbers:
     send: Command
     get: Command
     report: Report
-    baud: Command | None
 
 
 PORTS = {
-    1: _Numbers(Command.TTY2, Command.GETAUX, Report.SERAUX, Command.AUX1BAUD),
-    2: _Numbers(Command.TTY3, Command.GETAUX2, Report.SERAUX2, Command.AUX2BAUD),
-    3: _Numbers(Command.TTY4, Command.GETAUX3, Report.SERAUX3, None),
+    1: _Numbers(Command.TTY2, Command.GETAUX, Report.SERAUX),
+    2: _Numbers(Command.TTY3, Command.GETAUX2, Report.SERAUX2),
+    3: _Numbers(Command.TTY4, Command.GETAUX3, Report.SERAUX3),
 }
 
 
 class AuxLine:
-    """A line of bytes to whatever hangs on an AUX port.
+    """A line of bytes to the device on an AUX port, at the port's own speed (9600 mostly).
 
-    `baud` sets the port's speed first; None leaves it as the robot has it (9600 mostly). ValueError
-    if there is no such port or speed.
+    ValueError if there is no such port.
     """
 
-    def __init__(self, link: Link, number: int = 1, *, baud: int | None = None) -> None:
+    def __init__(self, link: Link, number: int = 1) -> None:
         if number not in PORTS:
             raise ValueError(f"there is no AUX port {number}: 1, 2 and 3 there are")
         self._link, self._numbers = link, PORTS[number]
         self.name = f"AUX{number}"
         self._inbox = link.inbox(self._numbers.report)
         self._waiting = bytearray()
-        if baud is not None:
-            if self._numbers.baud is None or baud not in BAUD_CODES:
-                raise ValueError(f"{self.name} cannot be set to {baud} baud")
-            link.send(make_integer_command(self._numbers.baud, BAUD_CODES[baud]))
 
     def flush(self) -> None:
         """Discard what the device has sent so far."""

@@ -7,7 +7,26 @@ angles: 2π/4096 rad (2π/1024 on the Pioneer 1), where those files round to 0.0
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from types import MappingProxyType
+
+
+class Generation(IntEnum):
+    """Firmware of the family, in the order in which it came.
+
+    PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller, the H8 boards),
+    ARCOS (the third).
+    """
+
+    PSOS = 0
+    P2OS = 1
+    AROS = 2
+    ARCOS = 3
+
+    @property
+    def reports_motors(self) -> bool:
+        """Whether its flags include motors and stop button; before, a pulse width stood there."""
+        return self >= Generation.AROS
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +40,7 @@ class SonarPlace:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """Of one model, in metres, radians and seconds for each of the robot's units."""
+    """The parameters of one model: metres, radians and seconds for each of the robot's units."""
 
     name: str
     distance: float
@@ -34,8 +53,6 @@ class Parameters:
     """Radians in a unit of heading."""
     turning_per_speed: float
     """rad/s of turning in a m/s of half the difference of the wheels' speeds: 2 / track."""
-    wheel_step: float
-    """m/s in a step of VEL2."""
     speed_top: float
     """m/s; the value in the robot's CONFIG overrides it."""
     turning_top: float
@@ -45,10 +62,23 @@ class Parameters:
     width: float
     position_bits: int
     """Bits of odometry; beyond them it wraps around."""
-    has_move: bool = True
     fast_baud: int | None = 38400
     """What a serial line may be switched to."""
     sonars: tuple[SonarPlace, ...] = ()
+
+    @property
+    def generation(self) -> Generation:
+        """The firmware that the model is sold with.
+
+        >>> MODELS["p2dx"].generation.name, MODELS["p3dx-sh"].generation.name
+        ('P2OS', 'ARCOS')
+        """
+        if self.name.endswith("-sh"):
+            return Generation.ARCOS
+        # The robots whose controller was exchanged for the one that AROS was written for.
+        if self.name in ("p2d8", "p2at8", "p3dx", "p3at"):
+            return Generation.AROS
+        return Generation.P2OS if self.name.startswith("p2") else Generation.PSOS
 
 
 _FRONT_MM = ((115, 130, 90), (155, 115, 50), (190, 80, 30), (210, 25, 10))
@@ -71,7 +101,6 @@ def _make_pioneer_2(
         range=sonar_mm / 1e3,
         angle=2 * math.pi / 4096,
         turning_per_speed=turning * 1e3,
-        wheel_step=0.020,
         speed_top=1.2 if large else 2.2,
         turning_top=math.radians(300 if large else 500),
         radius=0.5 if large else 0.25,
@@ -89,13 +118,11 @@ def _make_pioneer_1(name: str, mm: float, speed_top: float, radius: float) -> Pa
         range=0.1734e-3,
         angle=2 * math.pi / 1024,
         turning_per_speed=1e3 / 300,
-        wheel_step=0.004,
         speed_top=speed_top,
         turning_top=math.radians(100),
         radius=radius,
         width=0.4,
         position_bits=15,
-        has_move=False,
         fast_baud=None,
     )
 
@@ -123,7 +150,7 @@ MODELS: Mapping[str, Parameters] = MappingProxyType({each.name: each for each in
 
 
 def parameters_of(subclass: str) -> Parameters:
-    """Of the model that a robot names in its answer to SYNC2; KeyError if it is not known.
+    """Return the parameters of a model named in the answer to SYNC2; KeyError if it is unknown.
 
     >>> parameters_of("P3DX").width
     0.425

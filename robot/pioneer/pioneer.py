@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Self
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.connecting import Connected, check_model, connect_over
@@ -36,8 +36,6 @@ from facetlog.robot.pioneer.packets.commands import (
 from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 from facetlog.robot.pioneer.packets.reports import (
     Configuration,
-    Encoders,
-    InputsOutputs,
     Names,
     Report,
     TruePose,
@@ -57,7 +55,6 @@ STAND_TIMEOUT = 1.5
 """Seconds for standing before the connection is closed: 0.3 m/s take 1.0 at 0.3 m/s²."""
 OFF_TRIES, OFF_EACH = 3, 0.25
 
-Answer = TypeVar("Answer")
 _OPEN: set["Pioneer"] = set()
 
 
@@ -104,7 +101,7 @@ class Pioneer:
         errors: OdometryErrors | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> Self:
-        """A robot at an address (see `open_port`), its motors off.
+        """Return a robot at an address (see `open_port`), its motors off.
 
         The line of an address is owned by a process of its own, which stops the robot when this
         one dies or is suspended; a port that is given has no such process, and may have a `clock`
@@ -159,7 +156,7 @@ class Pioneer:
 
     @property
     def limits(self) -> Limits:
-        """Those in force: the ones given, no higher than the robot's own."""
+        """The limits in force: the given ones, no higher than the robot's own."""
         return self._control.limits
 
     @property
@@ -171,13 +168,8 @@ class Pioneer:
             return self._last()
 
     @property
-    def last_state(self) -> RobotState:
-        """The state by the last report, also after the link is lost or closed."""
-        return self._last()
-
-    @property
     def problems(self) -> tuple[Problem, ...]:
-        """What went wrong since connecting, the last thousand."""
+        """The last thousand problems since connecting."""
         with self._link.changed:
             return self._control.problems
 
@@ -247,13 +239,6 @@ class Pioneer:
                 " that the charger is unplugged"
             )
 
-    def disable_motors(self) -> None:
-        """Stop the robot, and switch the motors off once it stands."""
-        self._check()
-        self.stop()
-        self._wait(lambda state: state.standing, STAND_TIMEOUT)
-        self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
-
     def switch_sonars(self, on: bool) -> None:
         """Sonars on, as they are at first, or off.
 
@@ -263,7 +248,8 @@ class Pioneer:
         self._link.send(make_integer_command(Command.SONAR, int(on)))
 
     def wait_for(self, condition: Callable[[RobotState], bool], timeout: float) -> RobotState:
-        """The first state from now on that meets a condition; DeviceTimeout if none does in time.
+        """Return the first state from now on that meets a condition; DeviceTimeout if none does in
+        time.
 
         The present state counts. DeviceError if the link is lost meanwhile.
         """
@@ -272,27 +258,26 @@ class Pioneer:
             raise DeviceTimeout(f"the robot did not reach the awaited state in {timeout:.1f} s")
         return self.state
 
-    def aux(self, number: int = 1, *, baud: int | None = None) -> AuxLine:
-        """The line to a device on the robot's AUX port 1, 2 or 3."""
+    def aux(self, number: int = 1) -> AuxLine:
+        """Return the line to a device on the robot's AUX port 1, 2 or 3."""
         self._check()
-        return AuxLine(self._link, number, baud=baud)
-
-    def encoders(self) -> Encoders:
-        """Ticks of both wheels; DeviceTimeout if the robot does not report them."""
-        return self._ask(Command.ENCODER, Report.ENCODER, Encoders.from_packet, "encoders")
-
-    def inputs_outputs(self) -> InputsOutputs:
-        """Digital and analog inputs and outputs; DeviceTimeout if it does not report them."""
-        return self._ask(
-            Command.IOREQUEST, Report.IO, InputsOutputs.from_packet, "inputs and outputs"
-        )
+        return AuxLine(self._link, number)
 
     def true_pose(self) -> Pose2:
-        """Where a simulated robot truly is in its world; DeviceTimeout if it is not simulated."""
-        answer = self._ask(
-            Command.SIM_STAT, Report.SIM_STAT, TruePose.from_packet, "the true pose (a simulator?)"
-        )
-        return answer.pose
+        """Return where a simulated robot truly is in its world; DeviceTimeout if it is not
+        simulated.
+        """
+        self._check()
+        question = make_integer_command(Command.SIM_STAT, 1)
+        packet = self._link.ask(question, Report.SIM_STAT, tries=ASK_TRIES, each=ASK_EACH)
+        if packet is None:
+            raise DeviceTimeout(
+                f"{self.address}: the robot does not report the true pose (a simulator?)"
+            )
+        try:
+            return TruePose.from_packet(packet).pose
+        except PacketError as error:
+            raise DeviceError(f"{self.address}: {error}") from error
 
     def close(self) -> None:
         """Stop the robot, switch its motors off, end the session; again does no harm."""
@@ -335,7 +320,7 @@ class Pioneer:
         self._link.send_anyway(*rest, slowly=True)
 
     def _farewell(self) -> list[Packet]:
-        """What ends a session, to be sent slowly: motors off, the robot's own settings, CLOSE."""
+        """Return the commands that end a session: motors off, the robot's own settings, CLOSE."""
         off, close = make_integer_command(Command.ENABLE, 0), make_plain_command(Command.CLOSE)
         return [off, *self._control.parting(), close]
 
@@ -362,19 +347,6 @@ class Pioneer:
         question = make_integer_command(Command.CONFIG, 1)
         answer = self._link.ask(question, Report.CONFIG, tries=SET_TRIES, each=ASK_EACH)
         return None if answer is None else Configuration.from_packet(answer)
-
-    def _ask(
-        self, command: Command, kind: Report, read: Callable[[Packet], Answer], what: str
-    ) -> Answer:
-        self._check()
-        question = make_integer_command(command, 1)
-        packet = self._link.ask(question, kind, tries=ASK_TRIES, each=ASK_EACH)
-        if packet is None:
-            raise DeviceTimeout(f"{self.address}: the robot does not report {what}")
-        try:
-            return read(packet)
-        except PacketError as error:
-            raise DeviceError(f"{self.address}: {error}") from error
 
     def _last(self) -> RobotState:
         state = self._control.state

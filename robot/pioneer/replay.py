@@ -50,7 +50,7 @@ class ReplayPort:
         return self._now
 
     def read(self, timeout: float) -> bytes:  # noqa: ARG002 - what was said does not wait
-        """The next bytes that came; b"" where half a packet was given up."""
+        """Return the next bytes that came; b"" where half a packet was given up."""
         for chunk in self._chunks:
             self._now = max(self._now, chunk.at)
             if chunk.incoming:
@@ -58,7 +58,7 @@ class ReplayPort:
         raise DeviceError(f"{self.address}: the log ends here")
 
     def rest(self) -> Iterator[tuple[float, bool, bytes]]:
-        """What follows: times, whether the bytes came in, and the bytes."""
+        """Yield the rest of the log: times, whether the bytes came in, and the bytes."""
         for chunk in self._chunks:
             self._now = max(self._now, chunk.at)
             yield chunk.at, chunk.incoming, chunk.data
@@ -75,7 +75,7 @@ class ReplayPort:
 
 
 def replay(path: Path | str, session: int = -1) -> ReplayPort:
-    """The port of a session in a log: the last one unless another is named (0 is the first).
+    """Return the port of a session in a log: the last one unless another is named (0 is the first).
 
     InputError if the file cannot be read, holds no such session, or has a line that is none; but
     the last line may be cut off, as a kill leaves it.
@@ -115,7 +115,7 @@ def replayed_states(
     errors: OdometryErrors | None = None,
     connected: Callable[[Connected], None] | None = None,
 ) -> Iterator[RobotState]:
-    """The states that the driver computed in a session, one after the other.
+    """Yield the states that the driver computed in a session, one after the other.
 
     `connected` is called with the opened session. DeviceError if it never came to a report.
     """

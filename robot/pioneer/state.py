@@ -236,7 +236,9 @@ class Odometry:
 
 
 def _is_motion(step: _Step, before: _Reading) -> bool:
-    """Whether a robot can have moved so since a reading, though either may have come late."""
+    """Return whether a robot can have moved so since a reading, though either may have come
+    late.
+    """
     seconds = max(0.0, step.seconds)
     way = before.speed * (seconds + LATE) + HARDEST * seconds**2 / 2 + JUMP
     turn = before.turning * (seconds + LATE) + HARDEST_TURN * seconds**2 / 2 + TURN_JUMP
@@ -245,14 +247,10 @@ def _is_motion(step: _Step, before: _Reading) -> bool:
 
 STANDING_SPEED = 0.005
 """m/s below which a wheel stands: some steps of the report's 1 … 2.5 mm/s."""
-MOTORS, STOP_BUTTON, STOP_STALL = 1 << 0, 1 << 5, 1 << 6
+MOTORS, STOP_BUTTON = 1 << 0, 1 << 5
 """Flags of the report (Pioneer 3 manual, table 8)."""
-CHARGER_POWER = 1 << 10
 BUMPERS = 5
 """Of a bumper ring: bits 1 to 5 (Pioneer 2 manual)."""
-NO_TEMPERATURE = -127
-OLD_FIRMWARE = frozenset({"p2dx", "p2de", "p2ce", "p2df", "p2at", "p2it"})
-"""Pioneer 2 before the H8 boards, under P2OS: there the flags are a servo's pulse width."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,39 +292,10 @@ class RobotState:
     """From right to left."""
     sonars: tuple[SonarRange, ...]
     """The last range of each that has measured yet."""
-    charging: int | None
-    """0 not, 1 bulk, 2 overcharge, 3 float, 4 balance; None where it is not reported."""
-    charge: float | None
-    """Share of the battery's charge, 0 … 1."""
-    charger_power: bool | None
-    stop_stall: bool | None
-    """The stop button has stalled the wheels."""
-    faults: int | None
-    sideways: float | None
-    """m/s to the left, of robots that can."""
-    temperature_c: int | None
-    digital_in: int | None
-    digital_out: int | None
-    analog: int | None
-    gripper: int | None
-    timer: float | None
-    """Seconds of the robot's own clock."""
-    raw: ServerInformation
-    """The report in the robot's own integers, whatever else is in it."""
 
     @property
     def standing(self) -> bool:
         return max(abs(self.left_speed), abs(self.right_speed)) < STANDING_SPEED
-
-    @property
-    def bumped(self) -> bool:
-        """Whether any bumper is pressed."""
-        return any(self.front_bumpers) or any(self.rear_bumpers)
-
-
-def reports_motors(parameters: Parameters) -> bool:
-    """Whether the model's reports include the state of the motors: from AROS (H8 boards) on."""
-    return parameters.has_move and parameters.name not in OLD_FIRMWARE
 
 
 class StateMaker:
@@ -341,7 +310,7 @@ class StateMaker:
         self._parameters = parameters
         self._odometry = Odometry(parameters, errors)
         self._ranges: dict[int, SonarRange] = {}
-        self._reports_motors = reports_motors(parameters)
+        self._reports_motors = parameters.generation.reports_motors
         self._front = self._rear = BUMPERS
         if configuration is not None and configuration.rear_bumpers is not None:
             self._front = configuration.front_bumpers or 0
@@ -350,7 +319,9 @@ class StateMaker:
         """For models that do not report it: the state inferred from their behaviour."""
 
     def state(self, sip: ServerInformation, at: float) -> tuple[RobotState, str | None]:
-        """The state after a report that came at `at`, and why odometry is unreliable, if it is."""
+        """Return the state after a report that came at `at`, and why odometry is unreliable, if
+        it is.
+        """
         p = self._parameters
         doubt = self._odometry.update(sip, at)
         for reading in sip.sonar:
@@ -376,19 +347,6 @@ class StateMaker:
             front_bumpers=_bits(sip.front_bumpers, self._front),
             rear_bumpers=_bits(sip.rear_bumpers, self._rear),
             sonars=tuple(self._ranges[index] for index in sorted(self._ranges)),
-            charging=sip.charge_state,
-            charge=None if sip.charge_percent is None else sip.charge_percent / 100,
-            charger_power=self._flag(sip, CHARGER_POWER),
-            stop_stall=self._flag(sip, STOP_STALL),
-            faults=sip.faults,
-            sideways=None if sip.sideways is None else sip.sideways / 1e3,
-            temperature_c=_read_temperature(sip.temperature),
-            digital_in=sip.digital_in,
-            digital_out=sip.digital_out,
-            analog=sip.analog,
-            gripper=sip.gripper,
-            timer=None if sip.timer is None else sip.timer / 1e6,
-            raw=sip,
         )
         return state, doubt
 
@@ -398,7 +356,3 @@ class StateMaker:
 
 def _bits(value: int, count: int) -> tuple[bool, ...]:
     return tuple(bool(value >> bit & 1) for bit in range(count))
-
-
-def _read_temperature(value: int | None) -> int | None:
-    return None if value is None or value <= NO_TEMPERATURE else value

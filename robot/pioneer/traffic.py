@@ -26,7 +26,7 @@ CLOSE_TIMEOUT = 2.0
 
 
 def report_name(packet: Packet) -> str:
-    """The name of a packet of the robot."""
+    """Return the name of a packet of the robot."""
     if packet.kind in SIP_KINDS:
         return "SIP"
     try:

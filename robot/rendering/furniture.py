@@ -24,7 +24,8 @@ def desk(
     blocks: tuple[float, float] = (0.0, 0.0),
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A top on two side panels, tied at the rear by a panel that hangs `modesty` of the height.
+    """Return a top on two side panels, tied at the rear by a panel that hangs `modesty` of the
+    height.
 
     `blocks` are the widths of a drawer block at the left and at the right end: 0 for none, where
     a side panel of thickness `panel` stands instead.
@@ -53,7 +54,9 @@ def bed(
     thickness: float,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A block to lie on, with a board `head` high and a little broader across its left end."""
+    """Return a block to lie on, with a board `head` high and a little broader across its left
+    end.
+    """
     block = slab(
         (thickness - length / 2, -width / 2, 0.0),
         (length - thickness, width, height),
@@ -74,7 +77,9 @@ def bench(
     panels: bool,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A long seat on two panels across it, or on four legs; `support` is how thick they are."""
+    """Return a long seat on two panels across it, or on four legs; `support` is how thick they
+    are.
+    """
     below = height - thickness
     if not panels:
         parts = legs(length, depth, below, support)
@@ -96,7 +101,7 @@ def crate(
     thickness: float,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A floor with walls all round, open above."""
+    """Return a floor with walls all round, open above."""
     x, y = length / 2, width / 2
     sides = [slab((-x, low, 0.0), (length, thickness, height)) for low in (-y, y - thickness)]
     # The ends stand between them, a little farther in and lower, the floor between all four.
@@ -146,7 +151,8 @@ def sofa(
     back: float,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A block to sit on, `seat` high, between two arms `arm` broad and before a back `back` deep.
+    """Return a block to sit on, `seat` high, between two arms `arm` broad and before a back `back`
+    deep.
 
     The arms reach half as far above the seat as the back does.
     """
@@ -174,7 +180,7 @@ def stool(
     leg: float,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A small seat without a back on four square legs."""
+    """Return a small seat without a back on four square legs."""
     parts = [_top(length, depth, height, thickness), *legs(length, depth, height - thickness, leg)]
     return joined("stool", parts, albedo)
 
@@ -232,7 +238,8 @@ def cabinet(
     leg: float = 0.0,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A closed block on a plinth `foot` high, or on four legs of thickness `leg` and that height.
+    """Return a closed block on a plinth `foot` high, or on four legs of thickness `leg` and that
+    height.
 
     ValueError if the foot is as high as the whole.
     """
@@ -252,7 +259,8 @@ def cabinet(
 def stairs(
     steps: int, width: float, rise: float, going: float, *, albedo: float = WHITE_PAINT
 ) -> Solid:
-    """A solid flight that climbs along x: each step `rise` high and `going` deep, `width` across.
+    """Return a solid flight that climbs along x: each step `rise` high and `going` deep, `width`
+    across.
 
     ValueError for fewer than two steps.
     """

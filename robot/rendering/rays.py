@@ -50,7 +50,7 @@ class Screen:
 
 
 def seen_by(world: World, camera: Camera, pose: Pose) -> Screen:
-    """The facets turned to the camera and not behind it, with their bounds in pixels."""
+    """Return the facets turned to the camera and not behind it, with their bounds in pixels."""
     found = []
     for index, facet in enumerate(world.facets):
         if facet.normal @ (pose.centre - facet.corners[0]) > 0:
@@ -61,7 +61,7 @@ def seen_by(world: World, camera: Camera, pose: Pose) -> Screen:
 
 
 def find_facets_to_sun(world: World) -> Screen:
-    """The facets turned to the sun, with their bounds on a plane square to its rays."""
+    """Return the facets turned to the sun, with their bounds on a plane square to its rays."""
     across = _find_axes_square_to(world.sun)
     found = []
     for index, facet in enumerate(world.facets):
@@ -73,7 +73,7 @@ def find_facets_to_sun(world: World) -> Screen:
 
 
 def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray) -> Hits:
-    """The first surface that the rays through pixels uv (2, n) meet; faces are one-sided.
+    """Return the first surface that the rays through pixels uv (2, n) meet; faces are one-sided.
 
     `screen` is that of `seen_by` for the same camera.
     """
@@ -111,7 +111,7 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
 
 
 def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
-    """Whether a solid stands between each point (3, n) and the sun, (n,).
+    """Return whether a solid stands between each point (3, n) and the sun, (n,).
 
     `screen` is that of `find_facets_to_sun` for the world.
     """
@@ -134,7 +134,7 @@ def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
 
 
 def _inside(facet: Facet, x: FloatArray, y: FloatArray) -> BoolArray:
-    """Whether points of the facet's plane lie within its outline."""
+    """Return whether points of the facet's plane lie within its outline."""
     if facet.convex:
         inside = np.ones(len(x), dtype=np.bool_)
         for x0, y0, x1, y1 in facet.sides:

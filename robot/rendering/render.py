@@ -68,7 +68,7 @@ def render(
 
 
 def _render_irradiance(stage: "_Stage", *, margin: int) -> FloatArray:
-    """The picture before blur and noise, with `margin` more pixels on every side."""
+    """Return the picture before blur and noise, with `margin` more pixels on every side."""
     rows = stage.camera.height + 2 * margin
     columns = stage.camera.width + 2 * margin
     v, u = np.mgrid[0:rows, 0:columns].astype(np.float64) - margin

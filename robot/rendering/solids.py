@@ -30,13 +30,15 @@ Part: TypeAlias = tuple[FloatArray, Loops]
 def placed(
     solid: Solid, x: float, y: float, *, yaw: float = 0.0, z: float = 0.0, scale: float = 1.0
 ) -> Solid:
-    """The solid scaled, turned by `yaw` (radians) about the vertical, and set down at (x, y, z)."""
+    """Return the solid scaled, turned by `yaw` (radians) about the vertical, and set down at (x,
+    y, z).
+    """
     c, s = np.cos(yaw), np.sin(yaw)
     return solid.moved([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], (x, y, z), scale)
 
 
 def printed(solid: Solid, seed: int, contrast: float = 0.7) -> Solid:
-    """The solid with a different picture printed on each of its faces."""
+    """Return the solid with a different picture printed on each of its faces."""
     prints = []
     for index, face in enumerate(solid.faces):
         corners = solid.vertices[list(face)]
@@ -48,7 +50,7 @@ def printed(solid: Solid, seed: int, contrast: float = 0.7) -> Solid:
 def prism(
     plan: Sequence[tuple[float, float]], height: float, *, name: str, albedo: float = WHITE_PAINT
 ) -> Solid:
-    """An upright prism over a simple polygon, given counter-clockwise."""
+    """Return an upright prism over a simple polygon, given counter-clockwise."""
     n = len(plan)
     vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in plan])
     faces: Loops = [tuple(reversed(range(n))), tuple(range(n, 2 * n))]
@@ -64,7 +66,7 @@ def cuboid(
     name: str = "cuboid",
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A rectangular block.
+    """Return a rectangular block.
 
     >>> block = cuboid(10, 8, 6)
     >>> len(block.vertices), len(block.edges), len(block.faces)
@@ -75,14 +77,16 @@ def cuboid(
 
 
 def standing_wedge(side: float, height: float, *, albedo: float = WHITE_PAINT) -> Solid:
-    """A prism over an equilateral triangle, standing on it: its upright edges are of 60°."""
+    """Return a prism over an equilateral triangle, standing on it: its upright edges are of 60°."""
     r = side / np.sqrt(3.0)
     plan = [(r * np.cos(a), r * np.sin(a)) for a in np.deg2rad([-30.0, 90.0, 210.0])]
     return prism(plan, height, name="wedge", albedo=albedo)
 
 
 def wedge(length: float, side: float, *, albedo: float = WHITE_PAINT) -> Solid:
-    """A prism over an equilateral triangle, lying on one of its rectangular sides like a roof."""
+    """Return a prism over an equilateral triangle, lying on one of its rectangular sides like a
+    roof.
+    """
     x, y, ridge = length / 2, side / 2, side * np.sqrt(0.75)
     vertices = np.array(
         [(-x, -y, 0), (-x, y, 0), (-x, 0, ridge), (x, -y, 0), (x, y, 0), (x, 0, ridge)]
@@ -92,7 +96,7 @@ def wedge(length: float, side: float, *, albedo: float = WHITE_PAINT) -> Solid:
 
 
 def pyramid(length: float, width: float, height: float, *, albedo: float = WHITE_PAINT) -> Solid:
-    """A pyramid with its tip over the middle of a rectangle."""
+    """Return a pyramid with its tip over the middle of a rectangle."""
     x, y = length / 2, width / 2
     vertices = np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0), (0, 0, height)])
     faces: Loops = [(3, 2, 1, 0), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
@@ -106,7 +110,9 @@ def cylinder(
     facets: int = CYLINDER_FACETS,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """An upright cylinder; its side is one curved surface, whose facets have no true edges."""
+    """Return an upright cylinder; its side is one curved surface, whose facets have no true
+    edges.
+    """
     angles = 2 * np.pi * np.arange(facets) / facets
     plan = [(diameter / 2 * np.cos(a), diameter / 2 * np.sin(a)) for a in angles]
     solid = prism(plan, height, name="cylinder", albedo=albedo)
@@ -132,7 +138,9 @@ def table(
     inset: float = LEAST_INSET_SHARE,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A top on four square legs, which stand in from its border by `inset` of its shorter side."""
+    """Return a top on four square legs, which stand in from its border by `inset` of its shorter
+    side.
+    """
     top = slab((-length / 2, -width / 2, height - thickness), (length, width, thickness))
     parts = [top, *legs(length, width, height - thickness, leg, inset)]
     return joined("table", parts, albedo)
@@ -148,7 +156,9 @@ def chair(
     leg: float,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A seat on four legs with a back over its rear (+y); `back_height` is above the seat."""
+    """Return a seat on four legs with a back over its rear (+y); `back_height` is above the
+    seat.
+    """
     seat = slab((-width / 2, -depth / 2, seat_height - thickness), (width, depth, thickness))
     inset = LEAST_INSET_SHARE * min(width, depth)
     back = slab(
@@ -166,7 +176,8 @@ def slab(
     *,
     without: Iterable[str] = (),
 ) -> Part:
-    """A rectangular piece from its lowest corner, without the faces that touch another piece.
+    """Return a rectangular piece from its lowest corner, without the faces that touch another
+    piece.
 
     Faces are bottom, top, front (-y), right (+x), back (+y) and left (-x).
     """

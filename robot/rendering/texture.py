@@ -25,7 +25,7 @@ PRINTED_SHAPES = 40
 
 
 class Pattern(StrEnum):
-    """What is drawn: square tiles, wooden planks, or a printed picture."""
+    """Kinds of patterns: square tiles, wooden planks, or a printed picture."""
 
     TILES = "tiles"
     WOOD = "wood"
@@ -48,7 +48,7 @@ class Texture:
             raise ValueError("the contrast of a texture must be in [0, 1)")
 
     def scaled(self, scale: float) -> "Texture":
-        """The same in a world whose lengths are `scale` times as many units."""
+        """Return the texture for a world whose lengths are `scale` times as many units."""
         return replace(self, period=scale * self.period)
 
 
@@ -127,7 +127,7 @@ def _read(bitmap: NDArray[np.float32], turns: FloatArray) -> FloatArray:
 
 
 def _interpolate(bitmap: NDArray[np.float32], x: FloatArray, y: FloatArray, rim: int) -> FloatArray:
-    """The bitmap at texels (n,) across and down."""
+    """Return the bitmap at texels (n,) across and down."""
     count = len(x)
     rows = -(-count // FOLD)
     folded = np.zeros((2, rows * FOLD), dtype=np.float32)
@@ -183,7 +183,7 @@ def _wood(rng: np.random.Generator) -> FloatArray:
 
 
 def _print(rng: np.random.Generator) -> FloatArray:
-    """A picture of overlapping shapes and lines of lettering on a light ground."""
+    """Return a picture of overlapping shapes and lines of lettering on a light ground."""
     sheet = np.full((BITMAP_SIZE, BITMAP_SIZE), 25, dtype=np.uint8)  # 8 bits: anti-aliased
     for _ in range(PRINTED_SHAPES):
         at = rng.integers(0, BITMAP_SIZE, 2)

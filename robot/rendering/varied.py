@@ -45,7 +45,7 @@ Draw = Callable[[np.random.Generator], Solid]
 
 
 def shrunk(solid: Solid, rng: np.random.Generator) -> tuple[Solid, float]:
-    """A model of a thing that fits the tour, and how many times larger the thing is."""
+    """Return a model of a thing that fits the tour, and how many times larger the thing is."""
     x, y, z = np.ptp(solid.vertices, axis=0)
     largest = min(PLAN_IN / float(np.hypot(x, y)), HEIGHT_IN / float(z))
     share = largest * float(rng.uniform(SMALLEST_SHARE, 1.0))
@@ -53,7 +53,7 @@ def shrunk(solid: Solid, rng: np.random.Generator) -> tuple[Solid, float]:
 
 
 def _cm(rng: np.random.Generator, low: float, high: float) -> float:
-    """A length between two of so many centimetres, in inches."""
+    """Return a length between two of so many centimetres, in inches."""
     return CM * float(rng.uniform(low, high))
 
 

@@ -44,7 +44,7 @@ class Similarity:
         return replace(view, pose=Pose(self.rotation @ view.pose.rotation, centre))
 
     def truth(self, world: World) -> GroundTruth:
-        """The true shapes of the world's solids in the new frame."""
+        """Return the true shapes of the world's solids in the new frame."""
         solids = tuple(s.moved(self.rotation, self.shift, self.scale) for s in world.solids)
         return replace(world, solids=solids).truth
 
@@ -52,7 +52,9 @@ class Similarity:
 def random_similarity(
     rng: np.random.Generator, *, scale: float = 1.0, reach: float = 0.0
 ) -> Similarity:
-    """A rotation drawn evenly from all, a shift of up to `reach` along each axis, and a scale."""
+    """Return a rotation drawn evenly from all, a shift of up to `reach` along each axis, and a
+    scale.
+    """
     rotation = Rotation.random(random_state=rng).as_matrix()
     return Similarity(rotation, rng.uniform(-reach, reach, 3), scale)
 
@@ -89,7 +91,7 @@ def views_of(
 
 
 def shuffled(views: Sequence[View], rng: np.random.Generator) -> tuple[View, ...]:
-    """The views with their poses dealt out anew, so that no picture keeps its own.
+    """Return the views with their poses dealt out anew, so that no picture keeps its own.
 
     ValueError for fewer than two views.
     """
@@ -104,7 +106,9 @@ def shuffled(views: Sequence[View], rng: np.random.Generator) -> tuple[View, ...
 def with_pose_noise(
     views: Sequence[View], rng: np.random.Generator, *, position_sd: float, angle_sd: float
 ) -> tuple[View, ...]:
-    """The views with recorded poses off by normal errors: per axis, world units and radians."""
+    """Return the views with recorded poses off by normal errors: per axis, world units and
+    radians.
+    """
     noisy = []
     for view in views:
         turn = Rotation.from_rotvec(rng.normal(0.0, angle_sd, 3)).as_matrix()
@@ -121,7 +125,8 @@ def with_drift(
     way_sd: float,
     head_sd: float = HEAD_SD,
 ) -> tuple[tuple[View, ...], FloatArray]:
-    """The views with poses whose errors add up as a robot's odometry does, and their covariances.
+    """Return the views with poses whose errors add up as a robot's odometry does, and their
+    covariances.
 
     Each step from view to view rotates the robot by an error of `turn_sd` (radians) about the
     world's z and shifts it on the ground by `way_sd` times the step's length; its head has an

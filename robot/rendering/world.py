@@ -1,4 +1,4 @@
-"""What the simulated camera looks at: solids with flat faces on a floor, lit by one sun.
+"""The world of the simulated camera: solids with flat faces on a floor, lit by one sun.
 
 World frame: right-handed, z up, the floor at z = 0; any unit of length.
 """
@@ -56,7 +56,7 @@ class Solid:
                 raise ValueError(f"{self.name}: face {face} is not flat")
 
     def moved(self, rotation: ArrayLike, shift: ArrayLike, scale: float = 1.0) -> "Solid":
-        """The solid at scale * rotation @ x + shift; rotation (3, 3), shift (3,)."""
+        """Return the solid at scale * rotation @ x + shift; rotation (3, 3), shift (3,)."""
         turned = scale * self.vertices @ np.asarray(rotation, dtype=np.float64).T
         return replace(
             self,

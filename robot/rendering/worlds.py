@@ -51,7 +51,7 @@ Maker = Callable[[np.random.Generator], tuple[tuple[Solid, ...], float]]
 
 
 def make_world(name: str, seed: int = 0) -> World:
-    """The world of that name; ValueError if there is none.
+    """Return the world of that name; ValueError if there is none.
 
     >>> make_world("block").solids[0].size
     (10.0, 8.0, 6.0)
@@ -64,7 +64,7 @@ def make_world(name: str, seed: int = 0) -> World:
 
 
 def world_of(name: str, maker: Maker, seed: int = 0) -> World:
-    """What a maker makes, under that name, where the tour looks, on a floor in the sun."""
+    """Put what a maker makes where the tour looks, on a floor in the sun."""
     rng = np.random.default_rng([seed, 0, WORLD_STREAM])
     yaw = float(rng.uniform(-np.pi, np.pi))
     x, y = np.array(BLOCK_CENTRE) + rng.uniform(-SHIFT_IN, SHIFT_IN, 2)
@@ -97,7 +97,7 @@ def _as_model(draw: Callable[[np.random.Generator], Solid]) -> Maker:
 
 
 def _scrap(rng: np.random.Generator) -> Solid:
-    """A small dark thing that is no box."""
+    """Return a small dark thing that is no box."""
     albedo = float(rng.uniform(*CLUTTER_ALBEDO))
     length, width, height = (float(x) for x in rng.uniform(*CLUTTER_SIZE_IN, 3))
     match int(rng.integers(4)):
@@ -112,7 +112,7 @@ def _scrap(rng: np.random.Generator) -> Solid:
 
 
 def with_clutter(maker: Maker) -> Maker:
-    """What a maker makes, with small dark things beside it."""
+    """Put small dark things beside what a maker makes."""
 
     def beside(rng: np.random.Generator) -> tuple[tuple[Solid, ...], float]:
         made, model_scale = maker(rng)

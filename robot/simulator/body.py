@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from facetlog.perception.types import FloatArray
 from facetlog.robot.pioneer.packets.reports import SonarReading
 from facetlog.robot.pioneer.parameters import Parameters, SonarPlace
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.world import Solid
 
 STEP = 0.005
@@ -22,15 +23,6 @@ STEP = 0.005
 CONTACT_GAP = 1e-3
 """Metres: nearer than this the robot touches."""
 HALVINGS = 12  # of a step of some millimetres: contact is found to a micrometre
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """Where the robot truly stands: metres and radians in the world frame."""
-
-    x: float
-    y: float
-    heading: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +37,7 @@ class Surroundings(Protocol):
     """Obstacles that the robot may run into."""
 
     def nearest(self, x: float, y: float) -> Contact | None:
-        """The nearest thing to the robot's circle about (x, y); None if there is none."""
+        """Return the nearest thing to the robot's circle about (x, y); None if there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,15 +75,13 @@ class Body:
     """
 
     track: float
-    truth: Truth
+    truth: Pose2
+    """Where the robot truly stands, in the world frame."""
     errors: MotionErrors = MotionErrors()
     surroundings: Surroundings | None = None
     rng: np.random.Generator = field(default_factory=np.random.default_rng)
     speed: float = 0.0
     turning: float = 0.0
-    left: float = 0.0
-    """Distance that the left wheel's encoder counted since the robot was switched on."""
-    right: float = 0.0
     blocked: bool = False
     """Whether something kept it from going where its wheels drove it in the last step."""
     contact: Contact | None = None
@@ -105,12 +95,6 @@ class Body:
     @property
     def standing(self) -> bool:
         return self.speed == 0.0 and self.turning == 0.0
-
-    def place(self, truth: Truth) -> None:
-        """Put the robot somewhere else, as by hand; it stands."""
-        self.truth, self.speed, self.turning, self.blocked = truth, 0.0, 0.0, False
-        self._clear = 0.0
-        self._feel()
 
     def step(self) -> tuple[float, float]:
         """Advance by `STEP` seconds; distance and turn as the encoders counted them."""
@@ -132,8 +116,6 @@ class Body:
             self.speed = 0.0
         left += self.errors.encoder * math.sqrt(abs(left)) * noise[2]
         right += self.errors.encoder * math.sqrt(abs(right)) * noise[3]
-        self.left += left
-        self.right += right
         return (left + right) / 2, (right - left) / self.track
 
     def _move(self, left: float, right: float) -> float:
@@ -145,12 +127,14 @@ class Body:
         free = self._free(dx, dy)
         self.blocked = free < 1.0
         heading = math.remainder(here.heading + turn, 2 * math.pi)
-        self.truth = Truth(here.x + free * dx, here.y + free * dy, heading)
+        self.truth = Pose2(here.x + free * dx, here.y + free * dy, heading)
         self._feel()
         return free
 
     def _free(self, dx: float, dy: float) -> float:
-        """The share of a small way that can be gone: it may leave what it touches, not enter."""
+        """Return the share of a small way that can be gone: it may leave what it touches, not
+        enter.
+        """
         self._clear -= math.hypot(dx, dy)
         if self._clear > CONTACT_GAP:
             return 1.0
@@ -188,7 +172,7 @@ STALL_SECONDS = 0.5
 on a robot that is built to climb (Pioneer 2 manual, page 45); a still world stops it sooner."""
 
 
-def pressed(contact: Contact | None, truth: Truth, front: int, rear: int) -> tuple[int, int]:
+def pressed(contact: Contact | None, truth: Pose2, front: int, rear: int) -> tuple[int, int]:
     """Bits of the bumpers that a contact presses: in front (leftmost lowest), behind (rightmost).
 
     Each ring covers half of the robot with so many segments.
@@ -248,7 +232,7 @@ ARC = 9
 
 
 def footprint(solid: Solid, height: float) -> BaseGeometry:
-    """The part of a solid between the floor and `height` (its unit), seen from above.
+    """Return the part of a solid between the floor and `height` (its unit), seen from above.
 
     Walls are lines in it, level faces areas: what comes from outside meets one or the other.
     """
@@ -266,7 +250,7 @@ def footprint(solid: Solid, height: float) -> BaseGeometry:
 
 
 def _clip_to_heights(corners: FloatArray, low: float, high: float) -> FloatArray:
-    """The part of a polygon (n, 3) with z in [low, high] (Sutherland and Hodgman, 1974)."""
+    """Return the part of a polygon (n, 3) with z in [low, high] (Sutherland and Hodgman, 1974)."""
     for sign, limit in ((1.0, low), (-1.0, -high)):
         inside = sign * corners[:, 2] - limit
         kept: list[FloatArray] = []
@@ -290,13 +274,15 @@ class Obstacles:
 
     @classmethod
     def of(cls, solids: tuple[Solid, ...], *, radius: float, height: float) -> "Obstacles":
-        """The solids' parts below the robot's `height`, in their unit."""
+        """Return the solids' parts below the robot's `height`, in their unit."""
         shape = shapely.union_all([footprint(solid, height) for solid in solids])
         shapely.prepare(shape)
         return cls(shape, radius)
 
     def nearest(self, x: float, y: float) -> Contact | None:
-        """The nearest point of any solid; the gap is negative where the circle overlaps it."""
+        """Return the nearest point of any solid; the gap is negative where the circle overlaps
+        it.
+        """
         if self.shape.is_empty:
             return None
         line = shapely.shortest_line(shapely.Point(x, y), self.shape)
@@ -305,8 +291,8 @@ class Obstacles:
         return Contact(gap, math.atan2(y1 - y0, x1 - x0))
 
     def distance(self, x: float, y: float, heading: float, half: float, reach: float) -> float:
-        """How far the nearest solid is from (x, y) in the directions from `heading` - `half` to
-        `heading` + `half`; `reach` if none is so near.
+        """Return how far the nearest solid is from (x, y) in the directions from `heading` - `half`
+        to `heading` + `half`; `reach` if none is so near.
         """
         here = shapely.Point(x, y)
         if not shapely.dwithin(self.shape, here, reach):
@@ -327,18 +313,14 @@ ARRAY = 8
 
 @dataclass(slots=True)
 class Sonars:
-    """Fires one sonar of each array every `period` seconds, in an order that can be set."""
+    """Fires one sonar of each array every `period` seconds, one after the other."""
 
     parameters: Parameters
     obstacles: Obstacles
     period: float
     on: bool = field(default=False, init=False)
-    _orders: list[list[int]] = field(default_factory=list, init=False)
     _fired: int = field(default=0, init=False)
     _since: float = field(default=0.0, init=False)
-
-    def __post_init__(self) -> None:
-        self.set_order(range(1, len(self.parameters.sonars) + 1))
 
     def switch(self, on: bool, now: float) -> None:
         """SONAR: they fire, from now on, or no longer."""
@@ -346,35 +328,24 @@ class Sonars:
             self._since = now
         self.on = on
 
-    def set_order(self, numbers: range | bytes) -> None:
-        """POLLING: which sonars fire, by their numbers from 1 on; each array keeps its own."""
-        count = len(self.parameters.sonars)
-        valid = [number - 1 for number in numbers if 1 <= number <= count]
-        if not valid and len(numbers):
-            return
-        arrays = range(-(-count // ARRAY))
-        self._orders = [[i for i in valid if i // ARRAY == array] for array in arrays]
-        self._fired = 0
-
-    def readings(self, now: float, truth: Truth) -> tuple[SonarReading, ...]:
-        """The ranges measured since the last call: at most one for each sonar."""
+    def readings(self, now: float, truth: Pose2) -> tuple[SonarReading, ...]:
+        """Return the ranges measured since the last call: at most one for each sonar."""
         if not self.on:
             return ()
         due_count = int((now - self._since) / self.period + 1e-6)
         self._since += self.period * due_count
         fired = min(due_count, ARRAY)
         indices: list[int] = []
-        for order in self._orders:
-            due = [order[(self._fired + i) % len(order)] for i in range(fired) if order]
-            indices += dict.fromkeys(due)
+        for first in range(0, len(self.parameters.sonars), ARRAY):
+            indices += [first + (self._fired + i) % ARRAY for i in range(fired)]
         self._fired += fired
         return tuple(SonarReading(i, self._measure(i, truth)) for i in indices)
 
-    def _measure(self, index: int, truth: Truth) -> int:
+    def _measure(self, index: int, truth: Pose2) -> int:
         place = self.parameters.sonars[index]
         return min(round(self._range(place, truth) / self.parameters.range), 0xFFFF)
 
-    def _range(self, place: SonarPlace, truth: Truth) -> float:
+    def _range(self, place: SonarPlace, truth: Pose2) -> float:
         c, s = math.cos(truth.heading), math.sin(truth.heading)
         x, y = truth.x + c * place.x - s * place.y, truth.y + s * place.x + c * place.y
         return self.obstacles.distance(x, y, truth.heading + place.heading, BEAM / 2, RANGE)

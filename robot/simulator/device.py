@@ -16,10 +16,10 @@ class Device(Protocol):
         """Take bytes that came in at `now`."""
 
     def pending(self, now: float) -> bytes:
-        """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
+        """Return the bytes that it has sent up to `now` at its baud rate; each once."""
 
     def angles(self, now: float) -> tuple[float, float, float]:
-        """Where it truly looks at `now`: pan (left positive), tilt (up positive), zoom.
+        """Return where it truly looks at `now`: pan (left positive), tilt (up positive), zoom.
 
         Radians; zero is straight ahead and level. The zoom is in the device's own counts, 0 the
         widest.
@@ -74,14 +74,14 @@ class Slew:
         return self.since + abs(self.target - self.origin) / self.speed
 
     def at(self, now: float) -> float:
-        """Where it is at `now`, exact at both ends and never beyond them."""
+        """Return where it is at `now`, exact at both ends and never beyond them."""
         if now >= self.end:
             return self.target
         gone = max(now - self.since, 0.0) * self.speed
         return self.origin + math.copysign(gone, self.target - self.origin)
 
     def to(self, target: float, speed: float, now: float) -> "Slew":
-        """The motion to another target from where it is at `now`."""
+        """Return the motion to another target from where it is at `now`."""
         return Slew(self.at(now), target, speed, now)
 
     def stopped(self, now: float) -> "Slew":

@@ -11,13 +11,14 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.simulator.body import Body, Obstacles, Sonars, Truth
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.body import Body, Obstacles, Sonars
 from facetlog.robot.simulator.camera.viewpoint import Viewpoint
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
-from facetlog.robot.simulator.firmware.drive import Drive, Odometry
+from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import make_default_configuration
 from facetlog.robot.simulator.heads.canon import CanonHead
 from facetlog.robot.simulator.heads.sony import SonyHead
 from facetlog.robot.simulator.world_file import WorldSetup, make_scene
@@ -45,8 +46,8 @@ class SimulationState:
     """The true state at one moment; seconds, metres, radians."""
 
     at: float
-    truth: Truth
-    odometry: Odometry
+    truth: Pose2
+    odometry: Pose2
     speed: float
     turning: float
     motors: bool
@@ -206,7 +207,7 @@ def _make_firmware(setup: WorldSetup) -> Firmware:
     robot = setup.robot
     parameters = parameters_of(robot.model)
     configuration = replace(make_default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
-    start = Truth(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
+    start = Pose2(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
     world = make_scene(setup.scene)
     obstacles = Obstacles.of(world.solids, radius=parameters.radius, height=robot.height)
     if (there := obstacles.nearest(start.x, start.y)) is not None and there.gap < 0.0:
@@ -222,7 +223,7 @@ def _make_firmware(setup: WorldSetup) -> Firmware:
         rng=np.random.default_rng([setup.seed, MOTION_STREAM]),
     )
     return Firmware(
-        Drive(parameters, configuration, body, home=start),
+        Drive(parameters, configuration, body),
         Sonars(parameters, obstacles, (configuration.sonar_cycle or 0) / 1e3),
         position_bits=robot.position_bits,
         battery_v=robot.battery_v,

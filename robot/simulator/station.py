@@ -42,7 +42,7 @@ class ActiveClient:
         self._warned = False
 
     def takes(self, end: Endpoint, now: float, watchdog: float) -> bool:
-        """Whether bytes from an end are passed to the robot at `now`.
+        """Return whether bytes from an end are passed to the robot at `now`.
 
         Another end becomes the active client once this one has been silent for the watchdog's time.
         """

@@ -1,5 +1,6 @@
 """The world file of the simulator (TOML, documented in default_world.toml) and its scene."""
 
+import math
 import re
 from dataclasses import replace
 from importlib.resources import files
@@ -12,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
+from facetlog.robot.mount.mount import ANGLES, LENGTHS, Mount
 from facetlog.robot.pioneer.packets.reports import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
@@ -47,7 +49,7 @@ class SolidSetup:
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class SceneSetup:
-    """What stands on the floor: a world by name, and solids besides."""
+    """The scene: a world by name, and solids besides."""
 
     world: str = "block"
     seed: Annotated[int, Field(ge=0)] = 0
@@ -128,6 +130,13 @@ class MountSetup:
     pinhole_left: FiniteFloat = 0.0
     pinhole_up: FiniteFloat = 0.0
 
+    @property
+    def mount(self) -> Mount:
+        """The mount in metres and radians."""
+        stated = {name: getattr(self, name) for name in LENGTHS}
+        stated |= {name: math.radians(getattr(self, f"{name}_deg")) for name in ANGLES}
+        return Mount(**stated)
+
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class CameraSetup:
@@ -165,7 +174,7 @@ class WorldSetup:
 
 
 def read_world(path: Path | None = None) -> WorldSetup:
-    """The world in the file, or the default world without one.
+    """Return the world in the file, or the default world without one.
 
     InputError in one line that names the file, the line and the key, and what may stand there.
     """
@@ -242,7 +251,7 @@ def _wrong_size(solid: SolidSetup) -> str:
 
 
 def _find_line(text: str, place: tuple[str | int, ...]) -> int:
-    """The line, from 1, of the key at this place, or of the nearest table round it."""
+    """Return the line, from 1, of the key at this place, or of the nearest table round it."""
     lines: dict[tuple[str | int, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}
     table: tuple[str | int, ...] = ()
@@ -265,7 +274,9 @@ def _find_line(text: str, place: tuple[str | int, ...]) -> int:
 
 
 def in_metres(world: World) -> World:
-    """A world of robot/rendering/worlds.py, whose unit is the inch, with all lengths in metres."""
+    """Return a world of robot/rendering/worlds.py, whose unit is the inch, with all lengths in
+    metres.
+    """
     solids = tuple(solid.moved(np.eye(3), np.zeros(3), INCH) for solid in world.solids)
     floor = world.floor
     if floor is not None and floor.texture is not None:
@@ -274,7 +285,7 @@ def in_metres(world: World) -> World:
 
 
 def make_scene(setup: SceneSetup) -> World:
-    """The world that a scene names, with the solids that it adds.
+    """Return the world that a scene names, with the solids that it adds.
 
     >>> [round(side, 4) for side in make_scene(SceneSetup()).solids[0].size]
     [0.254, 0.2032, 0.1524]

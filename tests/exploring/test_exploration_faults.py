@@ -100,10 +100,10 @@ def test_a_head_that_is_lost_ends_it_and_it_goes_on_later(tmp_path: Path) -> Non
     exploration = Exploration(tmp_path, _explorer())
     look = exploration.head.look
 
-    def lost(pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0) -> HeadState:
+    def lost(pan: float, tilt: float, timeout: float = 10.0) -> HeadState:
         if len(exploration.head.looks) == 3:
             raise DeviceTimeout("the head does not answer: check its cable and power")
-        return look(pan, tilt, zoom, timeout)
+        return look(pan, tilt, timeout)
 
     exploration.head.look = lost  # type: ignore[method-assign]
     ended = exploration.run()

@@ -1,6 +1,3 @@
-import socket
-import threading
-
 import pytest
 
 from facetlog.errors import DeviceTimeout
@@ -57,38 +54,3 @@ def test_a_flush_of_a_device_that_never_stops_talking_ends() -> None:
     line = PortLine(ChatteringPort())
     line.flush()
     assert line.receive(3, 1.0) == b"xxx"
-
-
-def test_bytes_and_the_end_go_to_the_port() -> None:
-    port = ScriptedPort()
-    line = PortLine(port)
-    line.send(b"\x81\x09\x06\x12\xff")
-    line.close()
-    assert port.written == b"\x81\x09\x06\x12\xff"
-    assert port.closed
-
-
-def test_waiting_ends_when_the_bytes_come_over_a_real_socket() -> None:
-    ours, theirs = socket.socketpair()
-
-    class SocketPort:
-        def read(self, timeout: float) -> bytes:
-            ours.settimeout(max(timeout, 0.001))
-            try:
-                return ours.recv(100)
-            except TimeoutError:
-                return b""
-
-        def write(self, data: bytes, /) -> None:
-            ours.sendall(data)
-
-        def close(self) -> None:
-            ours.close()
-
-    with theirs:
-        line = PortLine(SocketPort())
-        answering = threading.Timer(0.1, theirs.sendall, [b"\x90\x41\xff"])
-        answering.start()
-        assert line.receive(3, 30.0) == b"\x90\x41\xff"
-        answering.join()
-        line.close()

@@ -12,17 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facetlog.errors import InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.robot.recording import Format, pan_tilt_angles, write_views
 from facetlog.robot.rendering.views import (
     Similarity,
     random_similarity,
-    shuffled,
     simulate,
-    views_of,
-    with_pose_noise,
 )
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_poses
@@ -93,53 +89,6 @@ def test_the_truth_written_projects_alike_in_every_frame(tmp_path: Path) -> None
     moved = random_similarity(np.random.default_rng(1), scale=1000.0, reach=50.0)
     plain = corners(tmp_path / "plain", None)
     np.testing.assert_allclose(corners(tmp_path / "moved", moved), plain, atol=1e-6)
-
-
-def test_the_truth_has_the_given_sizes(tmp_path: Path) -> None:
-    frame = random_similarity(np.random.default_rng(0), scale=2.0)
-    simulate(tmp_path, make_world("block", 3), tour_poses()[:2], SMALL, frame=frame, unit="mm")
-    truth = json.loads((tmp_path / "ground_truth.json").read_text())
-    assert truth["unit"] == "mm"
-    assert truth["solids"][0]["size"] == pytest.approx([20.0, 16.0, 12.0])
-    assert len(truth["solids"][0]["faces"]) == 6
-
-
-@given(st.integers(2, 12), st.integers(0, 100))
-def test_shuffling_leaves_no_picture_its_own_pose(count: int, seed: int) -> None:
-    image = np.zeros((60, 80), dtype=np.uint8)
-    views = [
-        View(f"{i}", image, SMALL, Pose(np.eye(3), np.full(3, float(i)))) for i in range(count)
-    ]
-    after = [view.pose.centre[0] for view in shuffled(views, np.random.default_rng(seed))]
-    assert sorted(after) == list(range(count))
-    assert all(a != i for i, a in enumerate(after))
-
-
-def test_pose_noise_has_its_sd() -> None:
-    image = np.zeros((60, 80), dtype=np.uint8)
-    views = [View(f"{i}", image, SMALL, Pose(np.eye(3), np.zeros(3))) for i in range(500)]
-    rng = np.random.default_rng(0)
-    noisy = with_pose_noise(views, rng, position_sd=0.2, angle_sd=0.01)
-    assert np.std([v.pose.centre for v in noisy]) == pytest.approx(0.2, rel=0.1)
-    turns = [Rotation.from_matrix(v.pose.rotation).as_rotvec() for v in noisy]
-    assert np.std(turns) == pytest.approx(0.01, rel=0.1)
-
-
-def test_views_have_the_given_poses_and_noise_of_their_own() -> None:
-    world, poses = make_world("empty"), tour_poses()[:2]
-    first = views_of(world, poses, SMALL, seed=1)
-    again = views_of(world, poses[:1], SMALL, seed=1)
-    other = views_of(world, poses, SMALL, seed=2)
-    assert first[0].pose is poses[0]
-    assert np.array_equal(first[0].image, again[0].image)
-    assert not np.array_equal(first[0].image, other[0].image)
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    (tmp_path / "taken").write_text("")
-    view = View("a.png", np.zeros((60, 80), dtype=np.uint8), SMALL, Pose(np.eye(3), np.zeros(3)))
-    with pytest.raises(InputError, match="taken"):
-        write_views(tmp_path / "taken", [view])
 
 
 def test_views_of_different_cameras_do_not_share_a_folder(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 Judged by the simulation's own clock and its true state, sampled all along.
 """
 
-import math
 import os
 import signal
 import subprocess
@@ -11,14 +10,11 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import pytest
 
 from facetlog.errors import DeviceError
-from facetlog.robot.pioneer.control import LONGEST_LEASE
-from facetlog.robot.pioneer.guard import Cause
-from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.faults import Fault, FaultKind
@@ -103,50 +99,6 @@ def drive_for(client: Pioneer, seconds: float, speed: float, turning: float) -> 
         time.sleep(0.05)
 
 
-@pytest.mark.slow
-def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_gives_a_wrong_pose() -> None:
-    with robot() as simulated:
-        with Pioneer.connect(simulated.address, limits=Limits(speed=0.3)) as client:
-            client.enable_motors()
-            simulated.inject(Fault(FaultKind.CORRUPT, rate=0.05))
-            believed = []
-            for _ in range(120):
-                with suppress(DeviceError):
-                    client.clear_stop()
-                    client.drive(0.25, 0.2)
-                believed.append(client.last_state.pose)
-                time.sleep(0.05)
-            ended = simulated.now.at
-            simulated.inject(Fault(FaultKind.CORRUPT, on=False))
-        way = [(s.odometry.x, s.odometry.y) for s in simulated.samples]
-        # Most reports are lost; each that comes through is a place where the encoders were.
-        for pose in believed:
-            assert min(math.hypot(pose.x - x, pose.y - y) for x, y in way) < 0.01
-        assert simulated.stood_after(ended) < WATCHDOG + allowed(0.5)
-
-
-@pytest.mark.slow
-def test_a_caller_that_hangs_or_dies_leaves_a_robot_that_stands_within_the_limit() -> None:
-    with robot() as simulated, Pioneer.connect(simulated.address) as client:
-        client.enable_motors()
-        for hangs in (0.0, 1.0):  # the first one dies with its lease still running
-            drive_for(client, 1.5, 0.3, 0.5)
-            dead: list[float] = []
-
-            def caller(hangs: float = hangs, dead: list[float] = dead) -> None:
-                client.drive(0.3, 0.5, LONGEST_LEASE)
-                dead.append(simulated.now.at)
-                time.sleep(hangs)
-
-            thread = threading.Thread(target=caller)
-            thread.start()
-            thread.join()
-            time.sleep(1.5)
-            assert 0 < simulated.stood_after(dead[0]) < allowed(LEASE_LIMIT)
-        causes = [p.cause for p in client.problems if p.cause is not Cause.QUIET]
-        assert causes == [Cause.LEASE, Cause.LEASE]
-
-
 CLIENT = """
 import sys, time
 from facetlog.robot.pioneer.limits import Limits
@@ -164,9 +116,11 @@ with Pioneer.connect(sys.argv[1], limits=Limits(speed=5.0, turning=5.0)) as robo
 
 
 @contextmanager
-def client_at_full_speed(simulated: Robot) -> Iterator[subprocess.Popen[bytes]]:
+def client_at_full_speed(
+    simulated: Robot, program: str = CLIENT
+) -> Iterator[subprocess.Popen[bytes]]:
     """A program of its own that drives as fast as the robot goes."""
-    arguments = [sys.executable, "-c", CLIENT, simulated.address, str(FULL_SPEED)]
+    arguments = [sys.executable, "-c", program, simulated.address, str(FULL_SPEED)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen(
         arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
@@ -227,20 +181,6 @@ def test_a_client_suspended_at_full_speed_leaves_a_robot_that_brakes_and_does_no
 
 
 @pytest.mark.slow
-def test_a_tcp_connection_that_is_closed_at_full_speed_is_opened_again_to_brake() -> None:
-    with robot() as simulated:
-        with Pioneer.connect(simulated.address, limits=Limits(speed=5.0)) as client:
-            client.enable_motors()
-            drive_for(client, 2.5, 5.0, 0.0)
-            closed = simulated.now
-            simulated.inject(Fault(FaultKind.HUNG_UP))
-            with pytest.raises(DeviceError, match="opened again to stop the robot"):
-                client.wait_for(lambda state: state.speed > 10.0, allowed(5.0))
-        stands_by_command(simulated, closed)
-        until(lambda: not (simulated.now.session or simulated.now.motors), "the session's end")
-
-
-@pytest.mark.slow
 def test_nothing_jumps_when_the_line_comes_back_after_the_watchdog() -> None:
     with robot() as simulated:
         with Pioneer.connect(simulated.address) as client:
@@ -262,13 +202,15 @@ def _driven_until_refused(client: Pioneer) -> None:
         time.sleep(0.05)
 
 
-def test_the_stop_button_is_what_is_said_not_the_stall_that_comes_with_it() -> None:
-    with robot() as simulated, Pioneer.connect(simulated.address) as client:
-        client.enable_motors()
-        simulated.fault(kind="stop-button")
-        client.wait_for(lambda state: bool(state.stop_button), allowed(5.0))
-        with pytest.raises(DeviceError, match="STOP button"):
-            client.drive(0.2, 0.0)
-        # On a loaded machine its line may be quiet for a while, too.
-        causes = [p.cause for p in client.problems if p.cause is not Cause.QUIET]
-        assert causes == [Cause.STOP_BUTTON]
+@pytest.mark.slow
+def test_an_interpreter_that_ends_without_closing_stops_the_robot() -> None:
+    ending = CLIENT.replace("with Pioneer.connect", "for robot in [Pioneer.connect").replace(
+        "turning=5.0)) as robot:", "turning=5.0))]:"
+    )
+    ending = ending.replace("told = True", "sys.exit(0)")
+    with robot() as simulated:
+        with client_at_full_speed(simulated, ending) as process:
+            ended = simulated.now
+            assert process.wait(allowed(20.0)) == 0
+        stands_by_command(simulated, ended)
+        until(lambda: not (simulated.now.session or simulated.now.motors), "the session's end")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.tour import looking_at, ring_poses, tour_camera, tour_poses
+from facetlog.robot.tour import looking_at, ring_poses, tour_poses
 
 finite = st.floats(-100, 100)
 points = st.tuples(finite, finite, finite).map(np.array)
@@ -22,12 +22,6 @@ def test_all_24_views_of_the_tour_look_at_the_block() -> None:
         assert np.rad2deg(np.arcsin(-pose.rotation[2, 2])) == pytest.approx(23.06)
 
 
-def test_the_tour_camera_sees_65_degrees_across() -> None:
-    camera = tour_camera()
-    across = 2 * np.arctan((camera.width / 2) / camera.fx)
-    assert np.rad2deg(across) == pytest.approx(65.0)
-
-
 @given(eye=points, aim=points)
 def test_a_camera_looks_at_its_target_and_stands_upright(eye: FloatArray, aim: FloatArray) -> None:
     if np.hypot(*(aim - eye)[:2]) < 1e-3:
@@ -41,11 +35,6 @@ def test_a_camera_looks_at_its_target_and_stands_upright(eye: FloatArray, aim: F
     assert pose.rotation[2, 1] <= 1e-9  # down is down
 
 
-def test_a_view_straight_down_is_refused() -> None:
-    with pytest.raises(ValueError, match="straight"):
-        looking_at([1, 2, 3], [1, 2, 0])
-
-
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
 def test_a_ring_stands_round_its_target_at_any_scale(scale: float) -> None:
     target = scale * np.array([1.0, 2.0, 0.5])
@@ -54,14 +43,3 @@ def test_a_ring_stands_round_its_target_at_any_scale(scale: float) -> None:
     assert np.linalg.norm(offsets[:, :2], axis=1) == pytest.approx(3 * scale)
     assert offsets[:, 2] == pytest.approx(scale * np.array([1, 2] * 4))
     assert offsets.mean(axis=0)[:2] == pytest.approx([0, 0], abs=1e-9 * scale)
-
-
-def test_jitter_moves_the_cameras_and_follows_its_generator() -> None:
-    def ring(seed: int) -> FloatArray:
-        rng = np.random.default_rng(seed)
-        return np.array(
-            [p.centre for p in ring_poses([0, 0, 0], 5, (2.0,), 6, jitter=0.1, rng=rng)]
-        )
-
-    assert np.array_equal(ring(1), ring(1))
-    assert np.abs(ring(1) - ring(2)).max() > 0.05

@@ -40,7 +40,6 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "none.csv"], "tour none.csv is missing"),
         (["--tour", "paper", "--start", "1,2"], "--start '1,2': give X,Y,HEADING_DEG"),
         (["--tour", "paper", "--start", "1,2,east"], "give X,Y,HEADING_DEG"),
-        (["--tour", "paper", "--order", "quick"], "use one of given, short"),
         (["--tour", "paper", "--speed", "0"], "--speed 0: give metres a second"),
         (["--tour", "paper", "--speed", "3"], "--speed 3: give metres a second"),
         (["--tour", "paper", "--keep-out", "1,2"], "give RADIUS, or X,Y,RADIUS"),
@@ -66,7 +65,6 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         ([*EXPLORE, "--until", "tabel >= 90%"], "--until: there is no model 'tabel'"),
         ([*EXPLORE, "--max-views", "2"], "--max-views 2: a face needs 3 views or more"),
         ([*EXPLORE, "--dry-run"], "holds no collection: --dry-run goes on from one"),
-        ([*EXPLORE, "--order", "short"], "--order is of a tour: leave it out with --explore"),
     ],
 )
 @pytest.mark.slow
@@ -82,9 +80,8 @@ def test_options_that_cannot_be_are_refused(
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--board", "7", "--square", "0.04"], "give COLUMNSxROWS"),
-        (["--board", "7x5", "--square", "0"], "--square 0: give metres"),
-        (["--board", "7x5", "--square", "0.04"], "looks the same turned round"),
+        (["--board", "7", "--square", "0.04", "--marker", "0.03"], "give COLUMNSxROWS"),
+        (["--board", "7x5", "--square", "0", "--marker", "0.03"], "--square 0: give metres"),
         (["--board", "7x5", "--square", "0.04", "--marker", "0.05"], "markers are smaller"),
     ],
 )

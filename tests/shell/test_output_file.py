@@ -139,7 +139,10 @@ def test_the_current_folder_stays_the_current_folder(
         (["map", "views", "-o", "views"], "views"),
         (["record", "views", "--mcap", "mine.mcap"], "mine.mcap"),
         (
-            ["mount", "127.0.0.1:1", "--board", "7x6", "--square", "0.1", "-o", "mine.toml"],
+            [
+                *("mount", "127.0.0.1:1", "-o", "mine.toml"),
+                *("--board", "7x6", "--square", "0.1", "--marker", "0.08"),
+            ],
             "mine.toml",
         ),
     ],

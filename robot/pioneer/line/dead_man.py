@@ -46,7 +46,9 @@ class DeadMan:
             self._until = self._next = now
 
     def expired(self, now: float) -> bool:
-        """Whether the lease has run out: what the driver writes is not to reach the robot."""
+        """Return whether the lease has run out: what the driver writes is not to reach the
+        robot.
+        """
         return now >= self._until
 
     @property
@@ -60,7 +62,7 @@ class DeadMan:
         return self._next
 
     def advance(self, now: float) -> bytes:
-        """What is to be written at `now`."""
+        """Return the bytes to write at `now`."""
         if now < self._next:
             return b""
         if math.isinf(self._ends):

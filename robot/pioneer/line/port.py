@@ -40,14 +40,14 @@ class Port(Protocol):
 
     @property
     def address(self) -> str:
-        """What it was opened as, for messages."""
+        """The address it was opened with, for messages."""
 
     @property
     def has_baud(self) -> bool:
         """Whether the line has a speed that both sides must agree on."""
 
     def read(self, timeout: float) -> bytes:
-        """What came in, at least one byte; b"" if nothing came for so many seconds.
+        """Return the bytes that came, at least one; b"" after so many seconds without any.
 
         DeviceError if the line is gone.
         """
@@ -77,7 +77,7 @@ class SerialPort:
             raise DeviceError(f"{path}: {_explain_open_error(error)}") from error
 
     def fileno(self) -> int:
-        """The descriptor to wait for."""
+        """Return the descriptor to wait for."""
         return int(self._serial.fileno())
 
     def read(self, timeout: float) -> bytes:
@@ -145,7 +145,7 @@ class TcpPort:
         self._socket.settimeout(WRITE_TIMEOUT)
 
     def fileno(self) -> int:
-        """The descriptor to wait for."""
+        """Return the descriptor to wait for."""
         return self._socket.fileno()
 
     def read(self, timeout: float) -> bytes:
@@ -171,7 +171,7 @@ class TcpPort:
             raise DeviceError(f"{self.address}: the connection broke ({error})") from error
 
     def set_baud(self, baud: int) -> None:
-        """Nothing: a connection has no speed."""
+        """Do nothing: a connection has no speed."""
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
@@ -182,7 +182,7 @@ class TcpPort:
 def open_port(
     address: str, baud: int | None = None, timeout: float = OPEN_TIMEOUT
 ) -> SerialPort | TcpPort:
-    """The port of an address, open: `tcp:HOST:PORT`, `HOST:PORT`, `serial:PATH` or a path.
+    """Return the port of an address, open: `tcp:HOST:PORT`, `HOST:PORT`, `serial:PATH` or a path.
 
     A TCP connection may take `timeout` seconds. InputError if it is none of these, or if `baud` is
     given for TCP; DeviceError or DeviceTimeout if it cannot be opened. Nothing else is tried then.

@@ -123,7 +123,7 @@ class LineProcess:
             raise self._fault or self._gone() from error
 
     def _done(self, timeout: float) -> bytes:
-        """What is said when something is done; what is read meanwhile is kept."""
+        """Wait for the report that something is done; keep the bytes read meanwhile."""
         deadline = time.monotonic() + timeout
         while (left := deadline - time.monotonic()) > 0:
             kind, content = self._heard(left)
@@ -134,7 +134,7 @@ class LineProcess:
         raise DeviceTimeout(f"{self.address}: the process that owns the line does not answer")
 
     def _heard(self, timeout: float) -> tuple[Say | None, bytes]:
-        """The next message, None if there is none in time; what went wrong is raised."""
+        """Return the next message, None if there is none in time; what went wrong is raised."""
         if self._fault is not None:
             raise type(self._fault)(*self._fault.args)
         try:
@@ -155,7 +155,8 @@ class LineProcess:
         return kind, content
 
     def _gone(self) -> DeviceError:
-        """The owner was killed: what it would have done for a robot that moves is done from here.
+        """Return the owner was killed: what it would have done for a robot that moves is done from
+        here.
 
         Its last lease counts as run out, as it does where this process is gone.
         """

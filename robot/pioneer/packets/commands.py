@@ -22,44 +22,25 @@ class Command(IntEnum):
     """Feeds the watchdog, and nothing else."""
     OPEN = 1
     CLOSE = 2
-    POLLING = 3
     ENABLE = 4
     """Motors: 1 on, 0 off."""
     SETA = 5
     """Acceleration (positive) or deceleration (negative), mm/s²."""
     SETV = 6
     """Largest speed, mm/s."""
-    SETO = 7
-    """Makes the present pose the origin of odometry."""
-    MOVE = 8
-    """mm."""
-    ROTATE = 9
-    """Degrees a second, as RVEL."""
     SETRV = 10
     """Largest turning speed, degrees/s."""
     VEL = 11
     """mm/s."""
-    HEAD = 12
-    """Degrees, counter-clockwise from where odometry began."""
     DHEAD = 13
     """Degrees from the present heading."""
-    SAY = 15
     CONFIG = 18
-    ENCODER = 19
-    """1 once, more: with every report, 0: no longer."""
-    SETRVDIR = 20
     RVEL = 21
     """Degrees a second, counter-clockwise positive."""
-    DCHEAD = 22
-    """Degrees from the heading last commanded."""
     SETRA = 23
     """Turning acceleration (positive) or deceleration (negative), degrees/s²."""
     SONAR = 28
     STOP = 29
-    DIGOUT = 30
-    VEL2 = 32
-    """Speeds of both wheels."""
-    IOREQUEST = 40
     TTY2 = 42
     """Bytes out at AUX1."""
     GETAUX = 43
@@ -71,31 +52,16 @@ class Command(IntEnum):
     ESTOP = 55
     """Stops as hard as it can."""
     E_STALL = 56
-    QSTOP = 57
-    GYRO = 58
     TTY4 = 60
     GETAUX3 = 61
-    BATTERYINFO = 62
     TTY3 = 66
     GETAUX2 = 67
-    ROTKP = 82
-    ROTKV = 83
-    ROTKI = 84
-    TRANSKP = 85
-    TRANSKV = 86
-    TRANSKI = 87
-    REVCOUNT = 88
-    DRIFTFACTOR = 89
-    TICKSMM = 93
-    SIM_SET_POSE = 224
-    SIM_RESET = 225
     SIM_STAT = 237
     """Where a simulated robot truly is: once (1), with every report (2), no longer (0)."""
-    RESET = 253
 
 
 def make_plain_command(command: Command) -> Packet:
-    """A command without an argument.
+    """Return a command without an argument.
 
     >>> make_plain_command(Command.STOP).to_bytes().hex(" ")
     'fa fb 03 1d 00 1d'
@@ -104,7 +70,7 @@ def make_plain_command(command: Command) -> Packet:
 
 
 def make_integer_command(command: Command, value: int) -> Packet:
-    """A command with an integer: its magnitude, and its sign in the type of the argument.
+    """Return a command with an integer: its magnitude, and its sign in the type of the argument.
 
     ValueError if the magnitude does not fit into 16 bits.
 
@@ -117,7 +83,7 @@ def make_integer_command(command: Command, value: int) -> Packet:
 
 
 def make_text_command(command: Command, text: bytes) -> Packet:
-    """A command with bytes, their number before them; ValueError if there are too many.
+    """Return a command with bytes, their number before them; ValueError if there are too many.
 
     >>> make_text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")).to_bytes().hex(" ")
     'fa fb 0a 2a 2b 05 81 09 06 12 ff 4b b1'
@@ -127,19 +93,8 @@ def make_text_command(command: Command, text: bytes) -> Packet:
     return Packet(command, bytes([TEXT, len(text)]) + text)
 
 
-def make_wheels_command(left: int, right: int) -> Packet:
-    """VEL2: speeds of the wheels in the robot's steps (-128 … 127); ValueError beyond.
-
-    Two bytes, signed, the right wheel's first, as drivers of the time sent them.
-    """
-    try:
-        return Packet(Command.VEL2, bytes([POSITIVE]) + struct.pack("<bb", right, left))
-    except struct.error:
-        raise ValueError(f"speeds of wheels {left}, {right} are not within -128 … 127") from None
-
-
 def read_argument(packet: Packet) -> int | bytes | None:
-    """The argument of a received command; None without one. PacketError if it is malformed.
+    """Return the argument of a received command; None without one. PacketError if it is malformed.
 
     An older text without a number of bytes, ended by a zero, is read as well.
 
@@ -162,7 +117,7 @@ def read_argument(packet: Packet) -> int | bytes | None:
 
 
 def name_command(packet: Packet) -> str:
-    """A command to the robot as people write it.
+    """Return a command to the robot as people write it.
 
     >>> name_command(Packet(11, bytes.fromhex("1B C8 00")))
     'VEL -200'

@@ -18,7 +18,7 @@ class PacketError(ValueError):
 
 
 def checksum(body: bytes) -> int:
-    """Of kind and payload: big-endian words added modulo 65536, an odd last byte exclusive-ored.
+    """Add the big-endian words of kind and payload modulo 65536, and xor an odd last byte.
 
     >>> hex(checksum(bytes.fromhex("0B 3B C8 00")))
     '0xd33b'
@@ -79,7 +79,7 @@ class Decoder:
         return len(self._bytes)
 
     def feed(self, data: bytes, at: float = 0.0) -> list[Received]:
-        """The packets that are whole now; `at` is when `data` came."""
+        """Return the packets that are whole now; `at` is when `data` came."""
         if data:
             self._bytes += data
             self._arrivals.append((len(self._bytes), at))
@@ -163,7 +163,7 @@ class Receiver:
         return self._decoder.refused
 
     def feed(self, data: bytes, now: float) -> list[Received]:
-        """The packets that are whole now that `data` has come."""
+        """Return the packets that are whole now that `data` has come."""
         if data:
             self._last_byte = now
         return self._decoder.feed(data, now)

@@ -19,18 +19,10 @@ class Report(IntEnum):
     CONFIG = 0x20
     SIM_STAT = 0x62
     """Where a simulated robot truly is."""
-    ENCODER = 0x90
-    GYRO = 0x98
     SERAUX = 0xB0
     """Bytes that came in at AUX1, as many as were requested."""
     SERAUX2 = 0xB8
-    TCM2 = 0xC0
     SERAUX3 = 0xC8
-    PLAYLIST = 0xD0
-    GRIPPER = 0xE0
-    IO = 0xF0
-    JOYSTICK = 0xF8
-    BATTERY = 0xFA
     RESET_1 = 0xFE
     """The controller was reset: the session is over."""
     RESET_2 = 0xFF
@@ -101,7 +93,7 @@ class Names:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Names":
-        """The three strings of the answer; those that are missing are empty."""
+        """Return the three strings of the answer; those that are missing are empty."""
         parts = [part.decode("latin-1") for part in packet.payload.split(b"\0")]
         name, robot_class, subclass, *_ = [*parts, "", "", ""]
         return cls(name, robot_class, subclass)
@@ -109,53 +101,6 @@ class Names:
     def to_packet(self) -> Packet:
         parts = (self.name, self.robot_class, self.subclass)
         return Packet(Report.SYNC2, b"".join(part.encode("latin-1") + b"\0" for part in parts))
-
-
-@dataclass(frozen=True, slots=True)
-class Encoders:
-    """Ticks of both wheels since the robot was switched on."""
-
-    left: int
-    right: int
-
-    @classmethod
-    def from_packet(cls, packet: Packet) -> "Encoders":
-        """What an ENCODER packet says; PacketError if it is too short."""
-        if len(packet.payload) < 8:
-            raise PacketError(f"an ENCODER packet of {len(packet.payload)} bytes: 8 are needed")
-        return cls(*struct.unpack_from("<ii", packet.payload))
-
-    def to_packet(self) -> Packet:
-        return Packet(Report.ENCODER, struct.pack("<ii", self.left, self.right))
-
-
-@dataclass(frozen=True, slots=True)
-class InputsOutputs:
-    """Digital inputs and outputs (bytes), and analog inputs."""
-
-    digital_in: bytes = b""
-    digital_out: bytes = b""
-    analog: tuple[int, ...] = ()
-
-    @classmethod
-    def from_packet(cls, packet: Packet) -> "InputsOutputs":
-        """What an IO packet says; PacketError if it ends before what it counts."""
-        data = packet.payload
-        try:
-            inputs = data[1 : 1 + data[0]]
-            at = 1 + data[0]
-            outputs = data[at + 1 : at + 1 + data[at]]
-            at += 1 + data[at]
-            analog = struct.unpack_from(f"<{data[at]}H", data, at + 1)
-        except (IndexError, struct.error):
-            raise PacketError(f"an IO packet that ends too early: {data.hex(' ')}") from None
-        return cls(inputs, outputs, analog)
-
-    def to_packet(self) -> Packet:
-        data = bytes([len(self.digital_in)]) + self.digital_in
-        data += bytes([len(self.digital_out)]) + self.digital_out
-        data += struct.pack(f"<B{len(self.analog)}H", len(self.analog), *self.analog)
-        return Packet(Report.IO, data)
 
 
 TEXTS = 2
@@ -287,7 +232,9 @@ class Configuration:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Configuration":
-        """The contents of a CONFIG packet; PacketError if not even class and subclass are in it."""
+        """Return the contents of a CONFIG packet; PacketError if not even class and subclass are
+        in it.
+        """
         data = packet.payload
         found = read_fields(LAYOUT, data)
         if "subclass" not in found:
@@ -361,7 +308,7 @@ class ServerInformation:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "ServerInformation":
-        """The contents of a packet of one of `SIP_KINDS`; PacketError if it is too short."""
+        """Return the contents of a packet of one of `SIP_KINDS`; PacketError if it is too short."""
         data = packet.payload
         if len(data) < HEAD.size:
             raise PacketError(f"a SIP of {len(data)} bytes is too short: {HEAD.size} at least")

@@ -18,7 +18,7 @@ from facetlog.robot.simulator.camera.process import (
     encode_viewpoints,
     measure_smear_px,
 )
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, make_camera
 from facetlog.robot.simulator.simulation import LiveSimulation
 from facetlog.robot.simulator.world_file import WorldSetup
 
@@ -95,7 +95,9 @@ class Camera:
             return self.next_shot(0, 0.0, timeout) is not None
 
     def next_shot(self, number: int, exposed: float, timeout: float) -> Shot | None:
-        """The newest after `number` whose exposure began after `exposed`; None if none comes."""
+        """Return the newest after `number` whose exposure began after `exposed`; None if none
+        comes.
+        """
         deadline = time.monotonic() + timeout
         with self._changed:
             while not self._stop.is_set():
@@ -146,11 +148,11 @@ class Camera:
             return simulation.viewpoint(at)
 
     def _outdated(self, start: Viewpoint, exposed: float) -> bool:
-        """Whether the picture is late and the camera has moved on since."""
+        """Return whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
-        camera, mount = make_camera(self._setup.camera), self._setup.mount
-        then, now = camera_pose(start, mount), camera_pose(self._viewpoint(), mount)
+        camera, mount = make_camera(self._setup.camera), self._setup.mount.mount
+        then, now = start.camera_pose(mount), self._viewpoint().camera_pose(mount)
         moved = measure_smear_px(camera, then, now)
         return not math.isfinite(moved) or moved > OUTDATED_PX
 

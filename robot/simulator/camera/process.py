@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from facetlog.perception.types import Camera, FloatArray, Image, Pose
+from facetlog.robot.mount.mount import Mount
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.world import World
-from facetlog.robot.simulator.camera.viewpoint import Viewpoint, camera_pose, make_camera
-from facetlog.robot.simulator.world_file import CameraSetup, MountSetup, WorldSetup, make_scene
+from facetlog.robot.simulator.camera.viewpoint import Viewpoint, make_camera
+from facetlog.robot.simulator.world_file import CameraSetup, WorldSetup, make_scene
 
 # Below this motion blur two viewpoints are one: a hundredth of what the renderer resolves.
 STILL_PX = 1e-3
@@ -67,7 +68,7 @@ class Exposures:
     """Pictures of a world from viewpoints; keeps the sharp one that it rendered last."""
 
     def __init__(
-        self, world: World, mount: MountSetup, setup: CameraSetup, rng: np.random.Generator
+        self, world: World, mount: Mount, setup: CameraSetup, rng: np.random.Generator
     ) -> None:
         self._world, self._mount, self._setup, self._rng = world, mount, setup, rng
         self._camera = make_camera(setup)
@@ -76,15 +77,13 @@ class Exposures:
 
     def expose(self, start: Viewpoint, end: Viewpoint) -> Image:
         """Render the picture (H, W) of an exposure between two viewpoints."""
-        smear = measure_smear_px(self._camera, self._pose(start), self._pose(end))
+        pose = start.camera_pose(self._mount)
+        smear = measure_smear_px(self._camera, pose, end.camera_pose(self._mount))
         still = smear < STILL_PX
-        picture = self._at_rest(self._pose(start)) if still else self._moving(start, end, smear)
+        picture = self._at_rest(pose) if still else self._moving(start, end, smear)
         noise = self._rng.standard_normal(picture.shape, dtype=np.float32)
         noise *= self._setup.noise
         return np.asarray(np.clip(np.rint(picture + noise), 0, 255), dtype=np.uint8)
-
-    def _pose(self, viewpoint: Viewpoint) -> Pose:
-        return camera_pose(viewpoint, self._mount)
 
     def _at_rest(self, pose: Pose) -> Image:
         before = self._from
@@ -97,15 +96,16 @@ class Exposures:
         return self._sharp
 
     def _moving(self, start: Viewpoint, end: Viewpoint, smear: float) -> GreySum:
-        """The mean of the picture from the middle of the way, moved to moments of the exposure."""
-        pose = self._pose(start.towards(end, 0.5))
+        """Return the mean of the picture from the middle of the way, moved to moments of the
+        exposure.
+        """
+        pose = start.towards(end, 0.5).camera_pose(self._mount)
         sharp = self._render(pose, next((scale for least, scale in SCALES if smear >= least), 1.0))
         moments = min(MOST_MOMENTS, 2 + round(smear))
         total: GreySum = np.zeros(sharp.shape, dtype=np.float32)
         for share in (np.arange(moments) + 0.5) / moments:
-            there = _compute_homography(
-                self._camera, pose, self._pose(start.towards(end, float(share)))
-            )
+            moved_to = start.towards(end, float(share)).camera_pose(self._mount)
+            there = _compute_homography(self._camera, pose, moved_to)
             size = (self._camera.width, self._camera.height)
             moved = cv2.warpPerspective(sharp, there, size, borderMode=cv2.BORDER_REPLICATE)
             cv2.accumulate(moved, total)
@@ -143,7 +143,7 @@ def main(descriptor: int) -> None:
         setup = TypeAdapter(WorldSetup).validate_json(line.recv_bytes())
         exposures = Exposures(
             make_scene(setup.scene),
-            setup.mount,
+            setup.mount.mount,
             setup.camera,
             np.random.default_rng([setup.seed, PICTURE_STREAM]),
         )

@@ -1,1 +1,1 @@
-"""What runs in the simulated robot: commands in, motion and reports out."""
+"""The firmware of the simulated robot: commands in, motion and reports out."""

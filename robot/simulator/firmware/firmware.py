@@ -1,7 +1,6 @@
 """The simulated firmware: handshake, commands, reports, AUX ports; no I/O, time is an argument."""
 
 import math
-import struct
 from dataclasses import dataclass, field
 
 from facetlog.robot.pioneer.packets.commands import Command, read_argument
@@ -10,22 +9,15 @@ from facetlog.robot.pioneer.packets.reports import (
     MOVING,
     STOPPED,
     TAIL,
-    Encoders,
-    InputsOutputs,
     Names,
     Report,
     ServerInformation,
     TruePose,
 )
-from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.body import STEP, Sonars
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.firmware.drive import Drive
-from facetlog.robot.simulator.firmware.generations import (
-    Generation,
-    count_tail_fields,
-    find_generation,
-)
+from facetlog.robot.simulator.firmware.factory_settings import TAIL_LENGTHS
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
 """By the code that the AUX1BAUD and HOSTBAUD commands carry."""
@@ -108,7 +100,7 @@ class Handshake:
         self._next = 0
 
     def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
-        """The answer to a packet, and whether it opened a session.
+        """Return the answer to a packet, and whether it opened a session.
 
         A SYNC out of order is answered with 0xFF, and the client has to start again. The previous
         one may be repeated, for its echo may have been lost. Anything else is echoed (Pioneer 2
@@ -140,10 +132,6 @@ def _clip_to_i16(value: float) -> int:
     return max(-LARGEST_I16, min(LARGEST_I16, round(value)))
 
 
-def _wrap_to_i32(count: int) -> int:
-    return (count + (1 << 31)) % (1 << 32) - (1 << 31)
-
-
 LARGEST_COMMAND = 200
 """Count byte of a command above which it is ignored (manual of 1999, page 26)."""
 BYTE_PAUSE = 0.1
@@ -154,19 +142,8 @@ BAUD_TRIAL = 0.5
 """Seconds within which a valid packet must come at a new speed of the line (H8 manual, page 51)."""
 BOOT_SECONDS = 1.0
 FULL_BATTERY_V = 12.8
-ANALOG_INPUTS = 8
-STREAMED = (Command.SIM_STAT, Command.ENCODER, Command.IOREQUEST)
 _OWN = frozenset(
-    {
-        *SENDING,
-        *REQUESTING,
-        *SPEEDS,
-        *STREAMED,
-        Command.POLLING,
-        Command.SONAR,
-        Command.DIGOUT,
-        Command.HOSTBAUD,
-    }
+    {*SENDING, *REQUESTING, *SPEEDS, Command.SIM_STAT, Command.SONAR, Command.HOSTBAUD}
 )
 """Commands that are not of motion."""
 
@@ -195,7 +172,6 @@ class Firmware:
     """Of the line to the client, if it is a serial one."""
     opened: bool = field(default=False, init=False)
     """Whether a session is open: reports are sent, and commands obeyed."""
-    _generation: Generation = field(init=False)
     _handshake: Handshake = field(init=False)
     _decoder: Decoder = field(default_factory=Decoder, init=False)
     _out: bytearray = field(default_factory=bytearray, init=False)
@@ -206,12 +182,10 @@ class Firmware:
     _next_sip: float = field(default=0.0, init=False)
     _boot_until: float | None = field(default=None, init=False)
     _baud_trial: float | None = field(default=None, init=False)
-    _streams: set[Command] = field(default_factory=set, init=False)
-    _digital_out: int = field(default=0, init=False)
+    _streams_pose: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         configuration = self.drive.configuration
-        self._generation = find_generation(self.drive.parameters.name)
         names = Names(configuration.name or "", configuration.robot_class, configuration.subclass)
         self._handshake = Handshake(names)
         self._start()
@@ -230,7 +204,7 @@ class Firmware:
             self._waiting_since = now
 
     def pending(self, now: float) -> bytes:
-        """The bytes that the robot has sent up to `now`; each once."""
+        """Return the bytes that the robot has sent up to `now`; each once."""
         self.advance(now)
         said = bytes(self._out)
         self._out.clear()
@@ -252,7 +226,6 @@ class Firmware:
         self._decoder, self._waiting_since = Decoder(), None
         self._out.clear()
         self.baud, self._baud_trial = self._flash_baud(), None
-        self._digital_out = 0
         self._close()
         for port in self.ports:
             port.reset()
@@ -266,7 +239,7 @@ class Firmware:
     def _close(self) -> None:
         self.opened = False
         self._handshake.reset()
-        self._streams.clear()
+        self._streams_pose = False
         self.drive.enable(False)
         self.sonars.on = False
         for port in self.ports:
@@ -290,7 +263,9 @@ class Firmware:
             self._report(now)
 
     def unattended(self, now: float) -> bool:
-        """Whether the watchdog holds the robot, which resumes with the next packet of any kind."""
+        """Return whether the watchdog holds the robot, which resumes with the next packet of any
+        kind.
+        """
         watchdog = (self.drive.configuration.watchdog_ms or 0) / 1e3
         return self.opened and 0 < watchdog < now - self._heard
 
@@ -301,9 +276,8 @@ class Firmware:
 
     def _report(self, now: float) -> None:
         self._say(self._sip(now))
-        for command in STREAMED:
-            if command in self._streams:
-                self._say(self._streamed(command))
+        if self._streams_pose:
+            self._say(self._true_pose())
 
     def _sip(self, now: float) -> Packet:
         drive, body, odometry = self.drive, self.drive.body, self.drive.odometry
@@ -312,10 +286,8 @@ class Firmware:
         sonars = len(units.sonars) if self.sonars.on else 0
         mask = (1 << self.position_bits) - 1
         half = body.turning * body.track / 2
-        aimed = drive.servo.heading
-        aimed = odometry.heading if aimed is None else math.remainder(aimed, 2 * math.pi)
         flags = 0  # Before AROS, a servo's pulse width: no servo, no pulse.
-        if self._generation.reports_motors:
+        if units.generation.reports_motors:
             flags = (
                 MOTORS_ON * drive.motors
                 | FRONT_SONAR * (sonars > 0)
@@ -324,7 +296,6 @@ class Firmware:
             )
         tail = {
             "digital_in": 0xFF,
-            "digital_out": self._digital_out,
             "battery_10": round(10 * self.battery_v),
             "turning": _clip_to_i16(10 * math.degrees(body.turning)),
             "temperature": NO_TEMPERATURE,
@@ -335,7 +306,7 @@ class Firmware:
             heading=_clip_to_i16(odometry.heading / units.angle),
             left=_clip_to_i16((body.speed - half) / units.speed),
             right=_clip_to_i16((body.speed + half) / units.speed),
-            control=_clip_to_i16(aimed / units.angle),
+            control=_clip_to_i16(odometry.heading / units.angle),
             battery=min(round(10 * self.battery_v), 0xFF),
             stall_left=drive.contacts.stalled,
             stall_right=drive.contacts.stalled,
@@ -344,7 +315,7 @@ class Firmware:
             flags=flags,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
-            **{name: tail.get(name, 0) for name, _ in TAIL[: count_tail_fields(self._generation)]},
+            **{name: tail.get(name, 0) for name, _ in TAIL[: TAIL_LENGTHS[units.generation]]},
         )
         return report.to_packet(STOPPED if body.standing else MOVING)
 
@@ -373,65 +344,38 @@ class Firmware:
             return
         try:
             self._obey(Command(packet.kind), packet, now)
-        except (PacketError, ValueError, struct.error):
+        except (PacketError, ValueError):
             return  # an unknown command, or one whose argument is malformed: ignored
 
     def _obey(self, command: Command, packet: Packet, now: float) -> None:
         if command is Command.CLOSE:
             self._close()
-        elif command is Command.RESET:
-            self.power_cycle(now)
         elif command is Command.CONFIG:
             self._say(self.drive.settings.reported(self.drive.configuration).to_packet())
         elif command in _OWN:
             argument = read_argument(packet)
             if isinstance(argument, int):
                 self._obey_number(command, argument, now)
-            elif argument is not None:
-                self._obey_text(command, argument, now)
+            elif argument is not None and command in SENDING:
+                self.ports[SENDING[command]].send(argument, now)
         else:
             self.drive.obey(command, packet)
-
-    def _obey_text(self, command: Command, text: bytes, now: float) -> None:
-        if command in SENDING:
-            self.ports[SENDING[command]].send(text, now)
-        elif command is Command.POLLING:
-            self.sonars.set_order(text)
 
     def _obey_number(self, command: Command, value: int, now: float) -> None:
         if command in REQUESTING:
             self.ports[REQUESTING[command]].request(abs(value))
         elif command in SPEEDS:
             self.ports[SPEEDS[command]].set_baud(value)
-        elif command in STREAMED:
-            self._stream(command, value)
+        elif command is Command.SIM_STAT:  # 0: no longer, 1: once, more: with every SIP
+            self._streams_pose = value > 1
+            if value == 1:
+                self._say(self._true_pose())
         elif command is Command.SONAR:
             self.sonars.switch(value & 1 > 0, now)
-        elif command is Command.DIGOUT:  # high byte: which outputs, low byte: what they become
-            mask = value >> 8 & 0xFF
-            self._digital_out = self._digital_out & ~mask | value & mask
         elif command is Command.HOSTBAUD and 0 <= value < len(BAUD_RATES):
             self.baud, self._baud_trial = BAUD_RATES[value], now + BAUD_TRIAL
 
-    def _stream(self, command: Command, value: int) -> None:
-        """0: no longer, 1: once, more: with every SIP."""
-        self._streams.discard(command)
-        if value == 1:
-            self._say(self._streamed(command))
-        elif value > 1:
-            self._streams.add(command)
-
-    def _streamed(self, command: Command) -> Packet:
-        body, cycle_ms = self.drive.body, round(1e3 * self._cycle())
-        if command is Command.SIM_STAT:
-            truth, errors = body.truth, body.errors
-            pose = Pose2(truth.x, truth.y, truth.heading)
-            return TruePose(pose).to_packet(cycle_ms, (errors.left, errors.right, errors.track))
-        if command is Command.ENCODER:
-            ticks_mm = self.drive.configuration.ticks_mm or 0
-            left, right = (
-                _wrap_to_i32(round(1e3 * way * ticks_mm)) for way in (body.left, body.right)
-            )
-            return Encoders(left, right).to_packet()
-        outputs = bytes([self._digital_out])
-        return InputsOutputs(b"\xff", outputs, (0,) * ANALOG_INPUTS).to_packet()
+    def _true_pose(self) -> Packet:
+        errors = self.drive.body.errors
+        shares = (errors.left, errors.right, errors.track)
+        return TruePose(self.drive.body.truth).to_packet(round(1e3 * self._cycle()), shares)

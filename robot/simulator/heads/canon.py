@@ -39,7 +39,6 @@ MIDDLE_S = 5.0
 """For homing, seconds (ARIA, ArVCC4.h, waits 5 for it)."""
 ZOOM_RANGE_S = 3.0
 """From end to end of the zoom, seconds: assumed."""
-COARSE_ZOOM_HIGHEST = 0x80
 NO_EFFECT: Final = frozenset(
     {
         CanonCommand.FOCUS,
@@ -112,11 +111,11 @@ class CanonHead:
                 self._frame.clear()
 
     def pending(self, now: float) -> bytes:
-        """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
+        """Return the bytes that it has sent up to `now` at its baud rate; each once."""
         return self._out.arrived(now)
 
     def angles(self, now: float) -> tuple[float, float, float]:
-        """Where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
+        """Return where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
         pan, tilt = angles_of(self._pan.at(now), self._tilt.at(now))
         return pan, tilt, self._zoom.at(now)
 
@@ -177,7 +176,7 @@ class CanonHead:
         self._tilt_range = (self._model.tilt_lowest, self._model.tilt_highest_at_first)
 
     def _pedestal(self, command: CanonCommand, parameters: bytes, now: float) -> Answer:
-        """What moves the head."""
+        """Carry out a command that moves the head or asks for its position."""
         finding = now < self._initialized_at + MIDDLE_S
         moving = finding or now < max(self._pan.end, self._tilt.end)
         if command is CanonCommand.POSITION_REQUEST:
@@ -244,42 +243,21 @@ class CanonHead:
             case CanonCommand.TILT_SPEED:
                 self._tilt_speed = _digits(parameters, 3, model.slowest, model.fastest_tilt)
                 self._speed_up(now)
-            case CanonCommand.SPEED_REQUEST:
-                speeds = (self._pan_speed, self._tilt_speed)
-                return _say(hexadecimal(speeds[_one_of(parameters, 2)], 3))
-            case CanonCommand.SPEED_LIMIT_REQUEST:
-                ends = (model.slowest, model.fastest_pan, model.slowest, model.fastest_tilt)
-                return _say(hexadecimal(ends[_one_of(parameters, 4)], 3))
-            case CanonCommand.ANGLE_LIMIT_REQUEST:
-                pans, tilts = (-model.pan_limit, model.pan_limit), self._tilts()
-                return _say(encode_angle((*pans, *tilts)[_one_of(parameters, 4)]))
             case CanonCommand.RANGE:
                 self._set_range(parameters)
-            case CanonCommand.RANGE_REQUEST:
-                chosen = (self._pan_range, self._tilt_range)[_one_of(parameters, 2)]
-                return _say(b"".join(encode_angle(end) for end in chosen))
             case CanonCommand.ZOOM:
                 counts = _digits(parameters, 4, 0, model.zoom_highest)
                 if zooming:
                     return BUSY
                 self._zoom = self._zoom.to(counts, model.zoom_highest / ZOOM_RANGE_S, now)
-            case CanonCommand.ZOOM_DRIVE:
-                self._zoom = self._zoom.stopped(now)
-                if way := _one_of(parameters, 3):
-                    end = (0, model.zoom_highest)[way - 1]
-                    self._zoom = self._zoom.to(end, model.zoom_highest / ZOOM_RANGE_S, now)
             case CanonCommand.ZOOM_REQUEST:
                 counts = model.zoom_highest if parameters == b"3" else round(self._zoom.at(now))
-                return _say(hexadecimal(counts, 4)) if parameters in (b"0", b"3") else WRONG
-            case CanonCommand.COARSE_ZOOM_REQUEST:
-                share = self._zoom.at(now) / model.zoom_highest
-                return _say(hexadecimal(round(COARSE_ZOOM_HIGHEST * share), 2))
+                if parameters not in (b"0", b"3"):
+                    return WRONG
+                return Answer(CanonError.NONE, hexadecimal(counts, 4))
             case _:
                 return WRONG
         return DONE
-
-    def _tilts(self) -> tuple[int, int]:
-        return self._model.tilt_lowest, self._model.tilt_highest
 
     def _speed_up(self, now: float) -> None:
         """A new speed holds for the motion under way as well (manual, page 27)."""
@@ -293,7 +271,10 @@ class CanonHead:
     def _set_range(self, parameters: bytes) -> None:
         axis = _one_of(parameters[:1], 2)
         lowest, highest = position_of(parameters[1:])
-        widest = self._tilts() if axis else (-self._model.pan_limit, self._model.pan_limit)
+        model = self._model
+        widest = (-model.pan_limit, model.pan_limit)
+        if axis:
+            widest = (model.tilt_lowest, model.tilt_highest)
         if not (_within(lowest, widest) and _within(highest, widest) and lowest <= highest):
             raise CanonSyntaxError(f"{lowest} … {highest} is no range of this head")
         if axis:
@@ -302,12 +283,8 @@ class CanonHead:
             self._pan_range = (lowest, highest)
 
 
-def _say(data: bytes) -> Answer:
-    return Answer(CanonError.NONE, data)
-
-
 def _one_of(parameters: bytes, choices: int) -> int:
-    """A digit below `choices`; CanonSyntaxError otherwise."""
+    """Return a digit below `choices`; CanonSyntaxError otherwise."""
     if len(parameters) != 1 or not (choice := number(parameters)) < choices:
         raise CanonSyntaxError(f"{parameters!r} is none of the {choices} choices")
     return choice

@@ -22,7 +22,6 @@ from facetlog.robot.head.visca import (
     Ack,
     AddressesSet,
     AddressSet,
-    Cancel,
     Cleared,
     Command,
     Completed,
@@ -33,12 +32,10 @@ from facetlog.robot.head.visca import (
     Inquiry,
     NetworkChange,
     Power,
-    RelativeMove,
     Reply,
     Version,
     ViscaError,
     ViscaSyntaxError,
-    ZoomDrive,
     ZoomTo,
     encode_reply,
     nibbles,
@@ -48,7 +45,6 @@ from facetlog.robot.simulator.device import SerialOut, Slew
 
 ZOOM_RANGE_S = 4.0
 """From end to end of the zoom, seconds: assumed."""
-ZOOM_SPEEDS: Final = 8
 HOME: Final = AbsoluteMove(0, 0, FASTEST_PAN, FASTEST_TILT)
 
 
@@ -68,16 +64,10 @@ class SonyMotion:
     def zoom(self, now: float) -> float:
         return self._zoom.at(now)
 
-    def move(self, move: AbsoluteMove | RelativeMove, now: float) -> float:
-        """When it will be there; a relative move beyond a limit ends at the limit."""
-        model = self._model
-        pan, tilt = move.pan, move.tilt
-        if isinstance(move, RelativeMove):
-            pan, tilt = pan + round(self._pan.at(now)), tilt + round(self._tilt.at(now))
-        pan = max(-model.pan_limit, min(pan, model.pan_limit))
-        tilt = max(model.tilt_lowest, min(tilt, model.tilt_highest))
-        self._pan = self._pan.to(pan, self._pan_speed(move.pan_speed), now)
-        self._tilt = self._tilt.to(tilt, self._tilt_speed(move.tilt_speed), now)
+    def move(self, move: AbsoluteMove, now: float) -> float:
+        """Turn to a place within the limits; return when it is there."""
+        self._pan = self._pan.to(move.pan, self._pan_speed(move.pan_speed), now)
+        self._tilt = self._tilt.to(move.tilt, self._tilt_speed(move.tilt_speed), now)
         return max(self._pan.end, self._tilt.end)
 
     def go_home(self, now: float) -> float:
@@ -97,17 +87,8 @@ class SonyMotion:
 
     def zoom_to(self, counts: int, now: float) -> float:
         """Zoom to a position; return when it is there."""
-        self._zoom = self._zoom.to(counts, self._zoom_speed(), now)
+        self._zoom = self._zoom.to(counts, self._model.zoom_highest / ZOOM_RANGE_S, now)
         return self._zoom.end
-
-    def drive_zoom(self, drive: ZoomDrive, now: float) -> None:
-        """Zoom on to an end, or stops."""
-        self.stop_zoom(now)
-        if drive.direction:
-            speed = ZOOM_SPEEDS - 1 if drive.speed is None else drive.speed
-            share = (speed + 1) / ZOOM_SPEEDS
-            end = self._model.zoom_highest if drive.direction > 0 else 0
-            self._zoom = self._zoom.to(end, self._zoom_speed() * share, now)
 
     def stop(self, now: float) -> None:
         """Stop pan and tilt where they are."""
@@ -123,17 +104,12 @@ class SonyMotion:
     def _tilt_speed(self, step: int) -> float:
         return self._model.tilt_speeds_deg[step - 1] * self._model.tilt_per_degree
 
-    def _zoom_speed(self) -> float:
-        return self._model.zoom_highest / ZOOM_RANGE_S
-
 
 SOCKETS: Final = (1, 2)
 ANSWER_S = 1 / 60
 """A head looks after its line once a picture (EVI-D70 manual, page 33)."""
 STARTING_S = 5.0
 """For switching on, seconds: assumed, of the order of the values in the maker's manuals."""
-RESET_S = 3.0
-"""For homing, seconds: assumed."""
 SONY_VENDOR = 0x0020
 """EVI-D70 manual, page 34."""
 FIRMWARE = 0x0100
@@ -142,7 +118,7 @@ MOST_UNREAD = 256
 
 
 class _Part(Enum):
-    """What a command occupies; commands for the same part wait for one another."""
+    """Parts of the head that a command occupies; commands for one part wait for one another."""
 
     HEAD = "head"
     ZOOM = "zoom"
@@ -151,7 +127,7 @@ class _Part(Enum):
 
 def _part(command: Command) -> _Part:
     match command:
-        case ZoomTo() | ZoomDrive():
+        case ZoomTo():
             return _Part.ZOOM
         case Power():
             return _Part.POWER
@@ -176,7 +152,6 @@ class SonyHead:
         self._model, self._motion = model, SonyMotion(model)
         self._out = SerialOut(baud)
         self._frame = bytearray()
-        self._address = 1
         self._on = powered
         self._ready_at = 0.0 if powered else math.inf
         self._sockets: dict[int, _Running] = {}
@@ -194,12 +169,12 @@ class SonyHead:
             del self._frame[:-LONGEST_FRAME]
 
     def pending(self, now: float) -> bytes:
-        """What it has said up to `now`, as fast as its baud rate lets it; each byte once."""
+        """Return the bytes that it has sent up to `now` at its baud rate; each once."""
         self._advance(now)
         return self._out.arrived(now)
 
     def angles(self, now: float) -> tuple[float, float, float]:
-        """Where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
+        """Return where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
         self._advance(now)
         pan, tilt = self._model.angles(*self._motion.place(now))
         return pan, tilt, self._motion.zoom(now)
@@ -207,7 +182,7 @@ class SonyHead:
     def _take(self, frame: bytes, now: float) -> None:
         # Only headers have their highest bit set, so the last of them begins what is whole here.
         start = max((i for i, byte in enumerate(frame[:-1]) if byte & 0x80), default=None)
-        if start is None or frame[start] & 0x7F not in (self._address, BROADCAST):
+        if start is None or frame[start] & 0x7F not in (1, BROADCAST):
             return
         frame = frame[start:]
         if len(frame) > LONGEST_FRAME:
@@ -243,9 +218,8 @@ class SonyHead:
 
     def _broadcast(self, command: Command, now: float) -> None:
         match command:
-            case AddressSet(first) if 1 <= first < BROADCAST:
-                self._address = first
-                self._say(AddressesSet(first + 1), now)
+            case AddressSet():
+                self._say(AddressesSet(2), now)
             case Fixed.CLEAR:
                 self._clear(now)
                 self._say(Cleared(), now)
@@ -262,16 +236,11 @@ class SonyHead:
         match inquiry:
             case Inquiry.ZOOM:
                 return Information(nibbles(round(self._motion.zoom(now))))
-            case Inquiry.FASTEST:
-                return Information(bytes([FASTEST_PAN, FASTEST_TILT]))
             case Inquiry.POSITION:
                 place = self._motion.place(now)
                 return Information(b"".join(nibbles(round(counts)) for counts in place))
 
     def _order(self, command: Command, now: float) -> None:
-        if isinstance(command, Cancel):
-            self._cancel(command.socket, now)
-            return
         if command is Fixed.CLEAR:
             self._clear(now)
             self._say(Information(b""), now)
@@ -283,7 +252,7 @@ class SonyHead:
             self._say(Failed(ViscaError.NOT_EXECUTABLE, socket), now)
         else:
             self._say(Ack(socket), now)
-            if isinstance(command, Drive | ZoomDrive):
+            if isinstance(command, Drive):
                 self._break_off(_part(command), now)
             running = self._sockets[socket] = _Running(command, None)
             if not self._must_wait(socket):
@@ -300,20 +269,16 @@ class SonyHead:
     def _begin(self, command: Command, now: float) -> float:
         """Set it going at `now`; when it will be done."""
         match command:
-            case AbsoluteMove() | RelativeMove():
+            case AbsoluteMove():
                 return self._motion.move(command, now)
             case Drive():
                 self._motion.drive(command, now)
             case ZoomTo(counts):
                 return self._motion.zoom_to(counts, now)
-            case ZoomDrive():
-                self._motion.drive_zoom(command, now)
             case Power(on):
                 return self._switch(on, now)
             case Fixed.HOME:
                 return self._motion.go_home(now)
-            case Fixed.RESET:
-                return max(self._motion.go_home(now), now + RESET_S)
         return now
 
     def _switch(self, on: bool, now: float) -> float:
@@ -326,16 +291,6 @@ class SonyHead:
             self._ready_at = math.inf
         self._on = on
         return self._ready_at if on and now < self._ready_at else now
-
-    def _cancel(self, socket: int, now: float) -> None:
-        running = self._sockets.pop(socket, None)
-        if running is None:
-            self._say(Failed(ViscaError.NO_SOCKET, socket), now)
-            return
-        if running.end is not None:
-            self._stop_axes(running.command, now)
-        self._say(Failed(ViscaError.CANCELLED, socket), now)
-        self._start_waiting(now)
 
     def _clear(self, now: float) -> None:
         for running in self._sockets.values():
@@ -381,4 +336,4 @@ class SonyHead:
                 running.end = self._begin(running.command, now)
 
     def _say(self, reply: Reply, now: float) -> None:
-        self._out.say(encode_reply(reply, self._address), now + ANSWER_S)
+        self._out.say(encode_reply(reply), now + ANSWER_S)

@@ -75,10 +75,10 @@ class Endpoint(Protocol):
 
     @property
     def address(self) -> str:
-        """What a client gives to reach it."""
+        """The address by which a client reaches it."""
 
     def descriptors(self) -> list[int]:
-        """What to wait for."""
+        """Return the descriptors to wait for."""
 
     def read(self, baud: int) -> bytes:
         """Bytes from a client since the last call."""
@@ -110,12 +110,12 @@ class TcpEndpoint:
         return f"tcp:{host}:{port}"
 
     def descriptors(self) -> list[int]:
-        """Of the port, and of the client's connection."""
+        """Return the descriptors of the port and of the client's connection."""
         sockets = (self._listener, self._client)
         return [each.fileno() for each in sockets if each is not None]
 
     def read(self, baud: int) -> bytes:  # noqa: ARG002 - a TCP line has no speed
-        """What the client sent; takes another client if there is none."""
+        """Return the bytes of the client, and take another client if there is none."""
         data = self._received()
         for client in self._callers():
             data += self._received()  # the one before may just have gone
@@ -127,7 +127,7 @@ class TcpEndpoint:
         return data
 
     def write(self, data: bytes, now: float, baud: int) -> None:  # noqa: ARG002
-        """What the connection does not take at once is lost, as on a line without handshake."""
+        """Send bytes; those that the connection does not take at once are lost."""
         if self._client is None or not data:
             return
         try:
@@ -147,7 +147,7 @@ class TcpEndpoint:
         self._listener.close()
 
     def _received(self) -> bytes:
-        """What is there, up to a limit; hangs up if the client has."""
+        """Return the bytes that came, up to a limit, and hang up if the client has."""
         data = b""
         while self._client is not None and len(data) < AT_ONCE:
             try:
@@ -192,7 +192,7 @@ class PtyEndpoint:
         return os.ttyname(self._slave)
 
     def descriptors(self) -> list[int]:
-        """Of the side that is not the clients'."""
+        """Return the descriptor of the side that is not the clients'."""
         return [self._master]
 
     def read(self, baud: int) -> bytes:
@@ -225,7 +225,7 @@ class PtyEndpoint:
             os.write(self._master, piece if self._speed() == baud else self._rng.bytes(count))
 
     def hang_up(self) -> None:
-        """Nothing: a serial line has no connection."""
+        """Do nothing: a serial line has no connection."""
 
     def close(self) -> None:
         """Give the pseudo terminal back."""

@@ -120,7 +120,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._json(HTTPStatus.OK, {"at": now, "fault": asdict(fault)})
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - the base class's name
-        """Nothing is said of requests."""
+        """Log no requests."""
 
     def _json(self, status: HTTPStatus, content: dict[str, object]) -> None:
         self._whole(status, "application/json", json.dumps(content).encode() + b"\n")

@@ -21,7 +21,6 @@ from facetlog.commands.collect_options import (
     asked_tour,
     check_explored,
     checked_explore,
-    checked_order,
     circles_in,
     explorer_of,
     recorded_goal,
@@ -101,9 +100,6 @@ def collect_command(
     unit: Annotated[
         str | None, typer.Option("--unit", metavar="U", help="Of the tour: m, cm, mm, in, ft.")
     ] = None,
-    order: Annotated[
-        str, typer.Option("--order", metavar="ORDER", help="given, or short: the shortest way.")
-    ] = "given",
     speed: Speed = DEFAULT_SPEED,
     keep_out: Annotated[
         list[str] | None,
@@ -141,7 +137,6 @@ def collect_command(
     from facetlog.robot.collecting.request import Request, check_begun
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, read_mount
 
-    short = checked_order(order, explore=explore)
     begin = parsed_start(start)
     most = DEFAULT_MOST if max_views is None else max_views
     goal = checked_explore(explore, tour, target, until, most, keep_out, dry_run)
@@ -177,7 +172,6 @@ def collect_command(
         latency=latency,
         noisy=not noiseless,
         keep_out=circles_in(keep_out),
-        short=short,
         speed=speed,
         resume=resume,
         model=model,

@@ -30,7 +30,6 @@ __all__ = [
     "asked_tour",
     "check_explored",
     "checked_explore",
-    "checked_order",
     "circles_in",
     "dry_run",
     "explorer_of",
@@ -38,7 +37,6 @@ __all__ = [
     "where_it_stood",
 ]
 
-ORDERS = ("given", "short")
 DEFAULT_MOST = 24
 """As many views as the paper's tour has, of one target."""
 
@@ -131,15 +129,6 @@ def dry_run(folder: Path, explorer: "Chooser", *, as_json: bool) -> int:
         note(line)
     typer.echo(last)
     return YES if isinstance(found, Chosen) else NO
-
-
-def checked_order(order: str, *, explore: bool) -> bool:
-    """Whether a tour's order is to be short; InputError for another word, or without a tour."""
-    if order not in ORDERS:
-        raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
-    if explore and order != "given":
-        raise InputError("--order is of a tour: leave it out with --explore")
-    return order == "short"
 
 
 def checked_explore(

@@ -56,7 +56,7 @@ def mount_command(
     marker: Annotated[
         float,
         typer.Option("--marker", metavar="METRES", help="Side of a ChArUco board's markers."),
-    ] = 0.0,
+    ],
     board_height: Annotated[
         float | None,
         typer.Option(

@@ -3,9 +3,7 @@
 import threading
 
 import numpy as np
-import pytest
 
-from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import Image
 from facetlog.robot.camera.source import LatestFrame
 
@@ -33,13 +31,6 @@ def test_a_frame_like_the_one_before_is_no_new_exposure_of_a_noisy_camera() -> N
     assert newest.taken(1.5) is not None
 
 
-def test_a_camera_without_noise_may_repeat_itself() -> None:
-    newest = LatestFrame("c", latency=0.0, noisy=False)
-    newest.put(_image(1), 1.0)
-    newest.put(_image(1), 2.0)
-    assert newest.taken(1.5) is not None
-
-
 def test_a_silence_is_said_once_with_the_next_frame_that_is_taken() -> None:
     newest = LatestFrame("c", latency=0.5, noisy=True)
     newest.put(_image(1), 1.0)
@@ -63,14 +54,6 @@ def test_a_waiter_gets_the_frame_that_comes_meanwhile() -> None:
     timer.join()
 
 
-def test_no_frame_at_all_is_reported_with_the_sources_reason() -> None:
-    newest = LatestFrame("hall", latency=0.0, noisy=True)
-    newest.put(_image(1), 1.0)
-    newest.fail("the connection to it is lost")
-    with pytest.raises(DeviceTimeout, match=r"camera hall sent no picture .*connection to it is"):
-        newest.shot(after=2.0, timeout=0.01)
-
-
 def test_a_frozen_camera_is_reported_as_such() -> None:
     newest = LatestFrame("hall", latency=0.0, noisy=True)
     newest.put(_image(1), 1.0)
@@ -86,12 +69,3 @@ def test_frames_that_may_be_old_are_reported_as_such() -> None:
     newest.put(_image(1), 1.0)
     newest.put(_image(2), 1.2)
     assert "none of them surely taken after the robot stood" in str(newest.complaint(1, 0.2))
-
-
-def test_closing_lets_a_waiter_go() -> None:
-    newest = LatestFrame("hall", latency=0.0, noisy=True)
-    timer = threading.Timer(0.05, newest.close)
-    timer.start()
-    with pytest.raises(DeviceError, match="was closed"):
-        newest.shot(after=1.0, timeout=30.0)
-    timer.join()

@@ -15,7 +15,7 @@ import pytest
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera import source as source_module
-from facetlog.robot.camera.source import FileSource, StillSource, VideoSource, open_camera
+from facetlog.robot.camera.source import FileSource, VideoSource, open_camera
 from tests.patience import allowed
 
 PATIENCE = 30.0
@@ -81,31 +81,6 @@ def test_a_video_source_gives_what_came_after_not_what_was_buffered() -> None:
         source.close()
 
 
-def test_a_camera_that_repeats_its_frame_is_frozen() -> None:
-    source = _source(ScriptedCapture(iter([_picture(1)] * 100_000)))
-    try:
-        with pytest.raises(DeviceTimeout, match="frozen"):
-            source.shot(time.monotonic() + 0.1, 0.5)
-    finally:
-        source.close()
-
-
-def test_a_camera_that_goes_away_is_opened_again() -> None:
-    captures = [
-        ScriptedCapture(iter([_picture(1), _picture(2), None])),
-        ScriptedCapture(_endless(3)),
-    ]
-    opened = iter(captures)
-    opening: Callable[[], Any] = lambda: next(opened)  # noqa: E731
-    source = VideoSource(opening, "scripted", latency=0.0)
-    try:
-        assert source.shot(time.monotonic() + 0.1, PATIENCE).image.shape == (48, 64)
-        assert captures[0].released
-    finally:
-        source.close()
-    assert captures[1].released
-
-
 def test_a_camera_that_was_away_says_for_how_long_no_picture_came(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -122,13 +97,6 @@ def test_a_camera_that_was_away_says_for_how_long_no_picture_came(
         assert source.shot(time.monotonic(), PATIENCE).silent > pause
     finally:
         source.close()
-
-
-def test_a_camera_that_cannot_be_opened_is_reported() -> None:
-    capture = ScriptedCapture(_endless())
-    capture.release()
-    with pytest.raises(DeviceError, match="scripted cannot be opened: check its address"):
-        _source(capture)
 
 
 class Camera:
@@ -214,16 +182,6 @@ def test_an_mjpeg_stream_is_read_and_its_new_frames_distinguished_from_old_ones(
             source.close()
 
 
-def test_a_still_is_requested_when_it_is_needed() -> None:
-    with _serving() as camera:
-        source = open_camera(camera.url + "/frame.jpg", latency=0.0)
-        assert isinstance(source, StillSource)
-        before = camera.count
-        frame = source.shot(time.monotonic(), PATIENCE)
-        assert camera.count == before + 1
-        assert _number(frame.image) == camera.count % 12
-
-
 def test_a_still_that_comes_late_says_how_late(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(source_module, "READ_TIMEOUT_MS", 1000 * source_module.STILL_PAUSE)
     with _serving() as camera:
@@ -274,17 +232,6 @@ def test_a_still_camera_that_is_not_there_is_reported() -> None:
         url = camera.url
     with pytest.raises(DeviceError, match=r"gives no picture \(.*refused.*\): check"):
         open_camera(url + "/frame.jpg")
-
-
-@pytest.mark.usefixtures("short_opening")
-def test_a_missing_stream_is_reported_without_chatter(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    with _serving() as camera:
-        url = camera.url
-    with pytest.raises(DeviceError, match="cannot be opened"):
-        open_camera(url + "/")
-    assert capfd.readouterr().err == ""
 
 
 def test_numbered_pictures_are_taken_one_for_each_shot(tmp_path: Path) -> None:

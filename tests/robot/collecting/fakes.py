@@ -135,10 +135,9 @@ class FakeHead:
         self,
         pan: float,
         tilt: float,
-        zoom: int | None = None,
         timeout: float = 10.0,  # noqa: ARG002
     ) -> HeadState:
-        self.limits.check(pan, tilt, zoom)
+        self.limits.check(pan, tilt)
         self.looks.append((pan, tilt))
         self.robot.advance(0.3)
         steps = self.limits.pan_step, self.limits.tilt_step

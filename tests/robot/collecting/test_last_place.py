@@ -3,12 +3,8 @@
 import json
 import math
 import time
-from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from facetlog.errors import InputError
 from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.record import LOG_FILE
 from facetlog.robot.collecting.request import TRAFFIC_FILE
@@ -62,21 +58,3 @@ def test_a_run_that_ended_says_where_it_stands(tmp_path: Path) -> None:
     last = last_place(tmp_path)
     assert last is not None
     assert (last.how, stated_pose(last.pose)) == ("where it ended it was", "1.500,0.250,90.0")
-
-
-def test_without_a_log_of_the_traffic_a_choice_is_no_place(tmp_path: Path) -> None:
-    _log(tmp_path, 0.0, {"result": "chosen", "robot": TO_GO})
-    assert last_place(tmp_path) is None
-
-
-def test_a_log_of_the_traffic_that_is_none_is_refused(tmp_path: Path) -> None:
-    _log(tmp_path, 0.0, {"result": "chosen", "robot": TO_GO})
-    (tmp_path / TRAFFIC_FILE).write_text('{"start": "yesterday"}\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"traffic\.jsonl:1: is no line of a traffic log"):
-        last_place(tmp_path)
-
-
-@pytest.mark.parametrize("turns", [-2, 0, 3])
-def test_headings_are_stated_within_half_a_turn(turns: int) -> None:
-    pose = replace(START, heading=math.radians(108.4 + 360.0 * turns))
-    assert stated_pose(pose) == "2.000,3.000,108.4"

@@ -8,7 +8,7 @@ from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.collecting.simulated_robot import coasts_when_cut, with_line
 from facetlog.robot.pioneer.guard import Cause, Problem
 from facetlog.robot.pioneer.parameters import parameters_of
-from facetlog.robot.simulator.firmware.generations import make_default_configuration
+from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 
 FAULT = DeviceTimeout("the camera head does not answer: check that it has power")
 

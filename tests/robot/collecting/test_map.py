@@ -2,37 +2,18 @@
 
 import math
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.types import Camera, Image
-from facetlog.robot.camera.checks import Quality
-from facetlog.robot.camera.optics import Optics
+from facetlog.perception.types import Camera
 from facetlog.robot.collecting.map_picture import (
-    MARGIN_PX,
-    RIM,
-    ROBOT,
-    SEEN,
-    SIGHT,
-    TARGET,
     Box,
-    Entry,
-    Floor,
-    _Canvas,
-    _entries,
-    _in_rows,
-    _robot,
-    _size,
     find_floor_in_view,
     looked_at,
-    map_png,
     placed,
 )
-from facetlog.robot.collecting.record import Taken
-from facetlog.robot.collecting.route import Circle
 from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
@@ -56,21 +37,6 @@ def test_every_place_of_the_outline_is_in_the_picture_and_within_reach(
         assert -0.5 - 1e-6 <= v <= 479.5 + 1e-6
 
 
-def test_a_camera_that_looks_down_sees_a_whole_quadrangle_and_what_it_looks_at() -> None:
-    pose = camera_pose(Pose2(), DEFAULT_MOUNT, Gaze(0.0, -0.9))
-    outline = find_floor_in_view(pose, CAMERA, 10.0)
-    height = float(pose.centre[2])
-    half_up, half_across = math.atan(240 / 500), 320 / 500
-    near, far = height / math.tan(0.9 + half_up), height / math.tan(0.9 - half_up)
-    ahead = outline[:, 0] - pose.centre[0]
-    assert ahead.min() == pytest.approx(near, rel=1e-3)
-    assert ahead.max() == pytest.approx(far, rel=1e-3)
-    away = np.hypot(ahead.max(), height) * math.cos(half_up)
-    assert np.abs(outline[:, 1]).max() == pytest.approx(half_across * away, rel=1e-3)
-    x, y = looked_at(pose, CAMERA, 10.0)
-    assert (x, y) == pytest.approx((pose.centre[0] + height / math.tan(0.9), 0.0), abs=1e-9)
-
-
 def test_a_camera_that_looks_up_sees_no_floor() -> None:
     pose = camera_pose(Pose2(), DEFAULT_MOUNT, Gaze(0.0, 1.0))
     assert len(find_floor_in_view(pose, CAMERA, 10.0)) == 0
@@ -89,85 +55,3 @@ def test_numbers_cover_neither_one_another_nor_what_is_drawn(
         assert box.outside(1000, 1000) == 0
         for other in (*boxes[:i], *drawn):
             assert box.shared(other) == 0
-
-
-def test_where_no_place_is_free_the_least_is_covered() -> None:
-    (box,) = placed([(50.0, 50.0)], [(20.0, 12.0)], [Box(0, 0, 100, 100)], (100, 100))
-    assert box.outside(100, 100) == 0
-
-
-@pytest.mark.parametrize("heading_deg", range(0, 360, 25))
-def test_words_keep_clear_of_all_of_an_arrow(heading_deg: int) -> None:
-    legend = _entries(1, Floor((), None, 0.25), found=False)
-    canvas = _Canvas(np.array([(-1.0, -1.0), (1.0, 1.0)]), legend)
-    view = taken(Pose2(0.1, -0.2, math.radians(heading_deg)), 0.0)
-    boxes = _robot(canvas, view, 0.25)
-    # The rim, which is light, may be crossed.
-    rows, columns = np.nonzero(canvas.image[:, :, 0] < (ROBOT[0] + RIM[0]) / 2)
-    assert len(rows) > 100
-    for x, y in zip(columns.tolist(), rows.tolist(), strict=True):
-        assert any(
-            b.left <= x <= b.left + b.width and b.top <= y <= b.top + b.height for b in boxes
-        )
-
-
-def test_words_of_the_width_that_opencv_draws_fit_their_boxes() -> None:
-    """Boxes hold the letters above the line; what hangs below it is within the gap."""
-    (width, height), below = cv2.getTextSize("t1 is a box (73%)", cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
-    assert width > 8 * height
-    assert below < height
-
-
-TARGET_AT = np.array([1.0, 0.5, 0.0])
-
-
-def taken(place: Pose2, tilt: float) -> Taken:
-    """A view of a robot that stands there."""
-    pose = camera_pose(place, DEFAULT_MOUNT, Gaze(0.0, tilt))
-    sharp = Quality(1.0, 1.0, 0.0)
-    covariance = 1e-4 * np.eye(6)
-    return Taken(1, "1.png", pose, covariance, place, place, 0.0, tilt, 0, 1.0, sharp)
-
-
-def drawn(floor: Floor, *, tilt: float = -0.3) -> Image:
-    """The map of one view of a robot at the origin; at a tilt of 0 it looks far beyond the map."""
-    path = (Pose2(-0.5, 0.0), Pose2())
-    data = map_png(path, (taken(Pose2(), tilt),), floor, Optics(CAMERA))
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert image is not None
-    return image
-
-
-def of_colour(image: Image, colour: tuple[int, int, int]) -> int:
-    return int((image == colour).all(axis=2).sum())
-
-
-@pytest.mark.parametrize("tilt", [0.0, -0.1])
-def test_a_line_of_sight_that_leaves_the_map_ends_at_its_rim(tilt: float) -> None:
-    image = drawn(Floor((), None, 0.25), tilt=tilt)
-    rows = image[MARGIN_PX:-MARGIN_PX]
-    near = np.abs(rows.astype(int) - SIGHT).max(axis=2) < 20
-    assert near[:, -MARGIN_PX - 20 : -MARGIN_PX].sum() >= 20
-    assert (rows[:, -MARGIN_PX:] == 255).all()
-
-
-def test_the_target_is_drawn_and_named() -> None:
-    aim = drawn(Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25))
-    assert of_colour(aim[:MARGIN_PX], TARGET) > 10
-    assert of_colour(aim[MARGIN_PX:], TARGET) > 10
-    words = [text for text, *_ in _entries(2, Floor((), TARGET_AT, 0.25), found=False)]
-    assert words[:2] == ["2 views", "the robot"]
-    assert "looked at" in words
-
-
-@given(st.integers(300, 1200))
-@settings(max_examples=20)
-def test_a_legend_of_a_narrow_map_is_above_it_and_within(width: int) -> None:
-    floor = Floor((Circle(1.0, 0.5, 0.4),), TARGET_AT, 0.25, ((0.0, 0.0), (1.0, 9.0)))
-    entries: list[Entry] = _entries(24, floor, found=True)
-    rows = _in_rows(entries, width)
-    assert [entry for *_, entry in rows] == entries
-    for x, _, (text, *_) in rows:
-        assert x == MARGIN_PX or x + _size(text)[0] <= width
-    narrow = drawn(floor)
-    assert of_colour(narrow[: max(y for _, y, _ in _in_rows(entries, narrow.shape[1])) + 11], SEEN)

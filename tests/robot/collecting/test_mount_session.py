@@ -10,7 +10,7 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image, Pose
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.mount_session import BoardRig, plan_stations, take_sightings
+from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.head.head import HeadState
 from facetlog.robot.mount.board import Board
@@ -63,16 +63,6 @@ def test_the_mount_is_found_by_driving_before_a_board() -> None:
     assert nearest > 0.5 + 0.25
 
 
-def test_a_board_aside_is_searched_for() -> None:
-    aside = Pose(
-        np.array([[0.866, 0.0, 0.5], [-0.5, 0.0, 0.866], [0.0, -1.0, 0.0]]),
-        np.array([0.8, 1.2, 0.85]),
-    )
-    robot = FakeRobot()
-    first = next(iter(take_sightings(_rig(robot, at=aside), lambda _: None)))
-    assert first.robot.heading > math.radians(30)
-
-
 def test_no_board_is_reported_with_the_way_out() -> None:
     rig = _rig(FakeRobot())
     rig.camera.picture = lambda *_: np.full((480, 640), 90, np.uint8)  # type: ignore[attr-defined]
@@ -89,9 +79,3 @@ def test_something_in_the_way_ends_it() -> None:
     with pytest.raises(DeviceError, match="touched something"):
         list(take_sightings(_rig(robot), lambda _: None))
     assert robot.stops > 0
-
-
-def test_near_a_board_the_robot_only_turns() -> None:
-    stations = plan_stations(np.array([0.7, 0.1]), 0.25)
-    assert {(s.x, s.y) for s in stations} == {(0.0, 0.0)}
-    assert len(stations) == 3

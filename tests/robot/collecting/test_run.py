@@ -155,27 +155,6 @@ def test_what_stands_in_the_way_is_seen_before_it_is_touched(
     assert 0.3 < state["truth"]["x"] < 0.85 - 0.25
 
 
-def test_a_camera_of_another_size_is_noticed_before_the_robot_moves(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "views"
-    calibration = tmp_path / "other.toml"
-    calibration.write_text(
-        "width = 320\nheight = 240\nfx = 250\nfy = 250\ncx = 159.5\ncy = 119.5\n", encoding="utf-8"
-    )
-    with simulated() as station:
-        addresses = station.addresses
-        argv = [
-            *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
-            *("--unit", "m", "--camera", addresses.camera, "--camera-file", str(calibration)),
-        ]
-        assert main(argv) == 3
-        assert _true(station) == Pose2()
-    assert "pictures are 640 x 480, its calibration is for 320 x 240" in capsys.readouterr().err
-    # Nothing was begun: the same command can be given again.
-    assert [path.name for path in out.iterdir()] == ["traffic.jsonl"]
-
-
 def test_a_program_that_is_terminated_stops_the_robot_first(tmp_path: Path) -> None:
     out = tmp_path / "views"
     with simulated() as station:

@@ -10,21 +10,19 @@ import numpy as np
 import pytest
 
 from facetlog.commands.robot_words import early_end_line
-from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.camera.source import Frame
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.map_picture import Floor, map_png
-from facetlog.robot.collecting.option_words import stated_pose
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
-from facetlog.robot.collecting.route import Circle, Route
+from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import SETTLE, Ended, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
 from facetlog.robot.head.head import HeadState
-from facetlog.robot.mount.kinematics import Gaze, camera_pose
 from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
@@ -112,20 +110,6 @@ def test_the_papers_tour_is_collected_at_its_places(tmp_path: Path) -> None:
     assert not scene.heard.warnings
 
 
-def test_a_view_that_is_taken_off_its_place_says_so(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    follow = scene.base.follow
-
-    def stops_short(route: Route) -> None:
-        follow((route[0], *((x + 0.5, y) for x, y in route[1:])))
-
-    scene.base.follow = stops_short  # type: ignore[method-assign]
-    collect(scene.rig, scene.plan(2).stops, scene.record, scene.heard)
-    (view,) = scene.heard.views
-    assert any("taken 0.5" in note and "off the place" in note for note in view.notes)
-    assert any("off the place" in line for line in scene.heard.warnings)
-
-
 def test_a_picture_is_taken_after_the_robot_and_the_head_have_stood(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     speeds: list[tuple[float, float]] = []
@@ -140,24 +124,6 @@ def test_a_picture_is_taken_after_the_robot_and_the_head_have_stood(tmp_path: Pa
     assert len(scene.camera.shots) == 2
     for after in scene.camera.shots:
         assert all(v < 0.003 for at, v in speeds if after - SETTLE <= at <= after)
-
-
-def test_the_pose_is_odometrys_and_says_how_sure_it_is(tmp_path: Path) -> None:
-    scene = Scene(tmp_path, FakeRobot(START, odometry=(0.01, 0.01)))
-    collect(scene.rig, scene.plan(1, 7).stops, scene.record, scene.heard)
-    for view in scene.heard.views:
-        assert np.linalg.eigvalsh(view.covariance).min() > 0
-        gaze = Gaze(view.pan, view.tilt)
-        np.testing.assert_allclose(
-            camera_pose(START.compose(view.odometry), DEFAULT_MOUNT, gaze).centre,
-            view.pose.centre,
-        )
-    last = scene.heard.views[-1]
-    assert math.dist((last.robot.x, last.robot.y), _place(scene.robot.true)) > 0.005
-
-
-def _place(pose: Pose2) -> tuple[float, float]:
-    return pose.x, pose.y
 
 
 def test_a_bumper_ends_the_collection_and_keeps_what_there_is(tmp_path: Path) -> None:
@@ -208,37 +174,6 @@ def test_a_robot_that_is_held_is_noticed_without_any_flag(tmp_path: Path) -> Non
     assert scene.robot.state.at < 103 + 6
 
 
-def test_time_without_reports_is_not_time_of_being_held(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    advance, drive = scene.robot.advance, scene.robot.drive
-
-    def damaged(_: float) -> None:
-        advance(1.0)
-
-    def held(speed: float, turning: float, lease: float = 0.3) -> None:
-        # As the driver does it: no speed while reports are missing, here for the first half minute.
-        drive(*((0.0, 0.0) if scene.robot.state.at < 130 else (speed, turning)), lease)
-
-    scene.robot.advance = damaged  # type: ignore[method-assign]
-    scene.robot.drive = held  # type: ignore[method-assign]
-    with pytest.raises(DeviceTimeout, match="takes too long"):
-        scene.base.turn_to(START.heading + 1.0)
-
-
-def test_a_frozen_camera_ends_the_collection(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    shot = scene.camera.shot
-
-    def frozen(after: float, timeout: float) -> Frame:
-        if len(scene.camera.shots) >= 2:
-            raise DeviceTimeout("camera is frozen")
-        return shot(after, timeout)
-
-    scene.camera.shot = frozen  # type: ignore[method-assign]
-    ended = collect(scene.rig, scene.plan(1, 2, 3, 4).stops, scene.record, scene.heard)
-    assert (ended.taken, str(ended.fault)) == (2, "camera is frozen")
-
-
 def test_a_blurred_picture_is_taken_again(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     shot = scene.camera.shot
@@ -277,39 +212,6 @@ def test_a_camera_that_was_silent_for_a_while_is_noted_once(tmp_path: Path) -> N
     assert ended.fault is None
     assert [view.notes for view in scene.record.taken] == [(), (said,), (), ()]
     assert scene.heard.warnings == [f"{scene.record.taken[1].name}: {said}"]
-
-
-def test_what_stays_bad_is_kept_and_noted(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    scene.camera.picture = lambda *_: np.full((480, 640), 255, np.uint8)
-    ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
-    assert ended.taken == 1
-    assert any("badly exposed: 100%" in warning for warning in scene.heard.warnings)
-    assert any("kept" in warning for warning in scene.heard.warnings)
-
-
-def test_pictures_of_another_size_than_the_calibration_are_refused(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    scene.camera.picture = lambda *_: np.zeros((240, 320), np.uint8)
-    ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
-    assert "pictures are 320 x 240, its calibration is for 640 x 480" in str(ended.fault)
-
-
-def test_a_full_disk_stops_the_collection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = Scene(tmp_path)
-
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    stops = scene.plan(1, 2).stops
-    collect(scene.rig, stops[:1], scene.record, scene.heard)
-    monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(InputError, match="No space left on device: make room"):
-        collect(scene.rig, stops[1:], scene.record, scene.heard)
-    scene.robot.advance(1.0)
-    assert scene.robot.state.speed == 0
-    _, taken = read_record(tmp_path)
-    assert len(taken) == 1
 
 
 def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
@@ -360,51 +262,6 @@ def test_a_full_disk_that_takes_no_line_more_is_reported_all_the_same(
     assert "make room, then go on with --resume --start " in said
     assert said.count("--resume") == 1
     assert said.endswith("; 1 of 2 views are there")
-
-
-def test_a_picture_that_finds_no_room_leaves_the_end_in_the_log(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = Scene(tmp_path)
-
-    def refused(view: Taken, _: Image) -> None:
-        raise InputError(f"{view.name} cannot be written: make room")
-
-    monkeypatch.setattr(scene.record, "add", refused)
-    with pytest.raises(InputError, match="make room"):
-        _collected(scene, 2)
-    end = _log(tmp_path)[-1]
-    assert (end["result"], end["taken"], end["wanted"]) == ("ended", 0, 1)
-    assert "cannot be written" in str(end["fault"])
-
-
-def test_what_ended_it_is_said_at_once_with_the_place_to_go_on_from(tmp_path: Path) -> None:
-    scene = Scene(tmp_path, FakeRobot(START, wall=(1.0, 0.5, 0.3)))
-    ended = collect(scene.rig, scene.plan(1, 9).stops, scene.record, scene.heard)
-    assert ended.fault is not None
-    assert ended.robot is not None
-    again = f"go on with --resume --start {stated_pose(ended.robot)}"
-    said = scene.heard.warnings[-1]
-    assert said.startswith("the robot touched something at its front (bumper 3)")
-    views = f"{ended.taken} of 2 views are there"
-    assert said.endswith(f": free it, then {again} (where it stands by odometry); {views}")
-    assert said.count("--resume") == 1
-
-
-def test_a_robot_whose_link_is_lost_was_last_heard_somewhere(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-
-    def lost(state: FakeState) -> FakeState:
-        raise DeviceError("the link is lost")
-
-    scene.robot.faults.append(lost)
-    ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
-    assert str(ended.fault) == "the link is lost"
-    assert "robot" not in _log(tmp_path)[-1]
-    assert scene.heard.warnings == [
-        f"the link is lost; go on with --resume --start {stated_pose(START)} (where it was last "
-        "heard, and may have gone on); 0 of 1 views are there"
-    ]
 
 
 def test_the_map_shows_every_pose_and_the_circle(tmp_path: Path) -> None:

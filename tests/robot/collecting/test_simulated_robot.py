@@ -55,19 +55,9 @@ def test_a_simulated_robot_that_stands_elsewhere_is_refused(true: Pose2) -> None
     check_start(ConnectedRobot(true=true), Pose2(x, y, math.radians(heading)), _quiet)
 
 
-def test_where_a_simulated_robot_stands_may_be_off_by_a_little() -> None:
-    check_start(ConnectedRobot(true=Pose2(0.03, -0.03, math.radians(-2))), Pose2(), _quiet)
-
-
 @pytest.mark.parametrize("serial_number", [None, "", "AB1234", "SIM"])
 def test_the_true_pose_of_a_real_robot_is_not_requested(serial_number: str | None) -> None:
     check_start(ConnectedRobot(serial_number, Pose2(3.0)), Pose2(), _quiet)
-
-
-def test_a_simulated_robot_without_a_true_pose_gives_a_warning() -> None:
-    said: list[str] = []
-    check_start(ConnectedRobot(), Pose2(), said.append)
-    assert "does not report its true pose" in said[0]
 
 
 @pytest.mark.parametrize("address", ["tcp:127.0.0.1:8101", "localhost:8101", "/dev/pts/3"])
@@ -86,11 +76,6 @@ def test_only_a_robot_that_says_so_has_the_simulated_camera(address: str) -> Non
             camera_and_optics(robot, address, "http://127.0.0.1:8080/", None, _quiet)
         optics = Optics(tour_camera())
         assert camera_and_optics(robot, address, "0", optics, _quiet).optics is optics
-
-
-def test_a_simulated_robot_elsewhere_has_no_camera_here() -> None:
-    with pytest.raises(InputError, match=r"which camera is on robot\.local"):
-        camera_and_optics(ConnectedRobot(), "robot.local:8101", None, None, _quiet)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Tours from CSV files, and the paper's."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -41,12 +40,6 @@ def test_poses_are_read_in_the_unit_that_is_reported(tmp_path: Path) -> None:
     assert [view.skewed for view in tour.views] == [True, False]
 
 
-def test_the_papers_own_columns_are_inches_and_need_no_unit(tmp_path: Path) -> None:
-    text = "set,view,x_in,y_in,z_in,pan_deg,tilt_deg\n1,1,10,0,28.5,0,-90\n"
-    view = read_tour(_written(tmp_path, text)).views[0]
-    np.testing.assert_allclose(view.pose.centre, [0.254, 0, 0.7239])
-
-
 @pytest.mark.parametrize(
     ("text", "kind", "said"),
     [
@@ -66,28 +59,9 @@ def test_errors_name_their_line(
         read_tour(_written(tmp_path, text), unit=1.0)
 
 
-def test_a_missing_unit_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="give --unit"):
-        read_tour(_written(tmp_path, HEADER + "a,1,2,3,0,-90,0\n"))
-
-
 def test_the_target_is_where_lines_of_sight_cross() -> None:
     point = np.array([0.3, 0.4, 0.2])
     eyes = [(1.5, 0.0, 0.7), (0.0, 2.0, 0.6), (-1.0, -1.0, 0.8)]
     tour = Tour("t", tuple(TourView(f"{i}.png", looking_at(e, point)) for i, e in enumerate(eyes)))
     assert tour.target is not None
     np.testing.assert_allclose(tour.target, point, atol=1e-9)
-
-
-def test_parallel_lines_of_sight_have_no_target() -> None:
-    poses = [pan_tilt_pose(x, 0.0, 0.7, 0.0, math.radians(-95)) for x in (0.0, 1.0, 2.0)]
-    assert Tour("t", tuple(TourView(f"{p.centre[0]}", p) for p in poses)).target is None
-
-
-def test_views_all_round_a_room_have_no_target() -> None:
-    eyes = [(0.3 * math.cos(a), 0.3 * math.sin(a), 0.7) for a in np.linspace(0, 6, 7)]
-    views = tuple(
-        TourView(f"{i}.png", looking_at(eye, (10 * eye[0], 10 * eye[1], 0.6)))
-        for i, eye in enumerate(eyes)
-    )
-    assert Tour("t", views).target is None

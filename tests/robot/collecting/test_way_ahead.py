@@ -42,11 +42,6 @@ def test_an_echo_straight_ahead_is_as_far_as_the_robots_front_is_from_it() -> No
     assert free_ahead([echo(3, 1.0)], BODY, 0.0, 0.0) == pytest.approx(front - 0.25, abs=0.02)
 
 
-def test_what_is_nearer_than_a_sonar_measures_leaves_no_room() -> None:
-    """It reports its least range then, however near it is."""
-    assert free_ahead([echo(3, 0.1)], BODY, 0.0, 0.2) == 0.0
-
-
 @pytest.mark.parametrize("index", [0, 7, 8, 11, 15])
 def test_what_is_beside_or_behind_is_not_in_the_way(index: int) -> None:
     assert free_ahead([echo(index, 0.4)], BODY, 0.0, 0.0) == math.inf
@@ -85,10 +80,3 @@ def test_a_robot_whose_way_is_not_free_stands_before_it_and_says_so(speed: float
     assert 0.0 < 1.5 - BODY.radius - robot.true.x < 0.1
     assert max(abs(p.x) for p in robot.true_path) < 1.5 - BODY.radius
     assert robot.stops
-
-
-def test_a_robot_goes_on_when_its_way_is_free_again() -> None:
-    robot = FakeRobot()
-    Wall(robot, 1.0, gone=robot.state.at + 6.0)
-    base(robot, 0.3).follow(((0.0, 0.0), (2.0, 0.0)))
-    assert robot.true.x == pytest.approx(2.0, abs=0.03)

@@ -64,22 +64,6 @@ def test_reading_a_command_gives_what_was_written(command: CanonCommand, data: b
     assert parse_command(encode_command(command, data)) == (command, data)
 
 
-@given(st.sampled_from(CanonError), st.text("0123456789ABCDEF", max_size=8).map(str.encode))
-def test_reading_an_answer_gives_what_was_written(error: CanonError, data: bytes) -> None:
-    assert parse_answer(Answer(error, data).to_bytes()) == Answer(error, data)
-
-
-@given(st.integers(-0x8000, 0x7FFF), st.integers(-0x8000, 0x7FFF))
-def test_positions_give_the_counts_back(pan: int, tilt: int) -> None:
-    _, parameters = parse_command(move(pan, tilt))
-    assert position_of(parameters) == (pan, tilt)
-
-
-@given(st.integers(0, 0xFFFF))
-def test_hexadecimal_digits_give_the_number_back(value: int) -> None:
-    assert number(hexadecimal(value, 4)) == value
-
-
 framed = st.binary(max_size=16).map(lambda data: b"\xfe00" + data + b"\xef")
 
 
@@ -94,18 +78,3 @@ def test_no_bytes_crash_the_reader_of_answers(data: bytes) -> None:
     except CanonSyntaxError:
         return
     assert len(answer.data) == 8
-
-
-@given(st.binary(max_size=24) | st.binary(max_size=16).map(lambda d: b"\xff00\x00" + d + b"\xef"))
-def test_no_bytes_crash_the_reader_of_commands(data: bytes) -> None:
-    try:
-        _, parameters = parse_command(data)
-    except CanonSyntaxError:
-        return
-    assert data.endswith(parameters + b"\xef")
-
-
-def test_a_number_with_a_sign_or_a_blank_is_none() -> None:
-    for text in (b"+1", b" 12", b"1_0", b"", b"\xb2"):
-        with pytest.raises(CanonSyntaxError):
-            number(text)

@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.robot.camera.optics import Optics
-from facetlog.robot.mount.board import Board, Corners, straight_pixels
+from facetlog.robot.mount.board import Board, straight_pixels
 from facetlog.robot.tour import tour_camera
 
 CAMERA = tour_camera()
-CHARUCO, CHESS = Board(7, 5, 0.05, 0.037), Board(8, 5, 0.05)
+CHARUCO = Board(7, 5, 0.05, 0.037)
 TURN = Rotation.from_rotvec([0.3, -0.4, 0.1]).as_matrix()
 SHIFT = np.array([-0.15, -0.1, 0.9])
 # Sharp prints, drawn once.
@@ -44,11 +44,10 @@ def _projected(points: FloatArray) -> FloatArray:
     return np.stack([CAMERA.fx * x / z + CAMERA.cx, CAMERA.fy * y / z + CAMERA.cy], axis=1)
 
 
-@pytest.mark.parametrize("board", [CHARUCO, CHESS])
-def test_corners_are_found_where_they_are(board: Board) -> None:
-    found = board.corners(_shown(board))
+def test_corners_are_found_where_they_are() -> None:
+    found = CHARUCO.corners(_shown(CHARUCO))
     assert found is not None
-    assert len(found.points) == (board.across - 1) * (board.down - 1)
+    assert len(found.points) == 6 * 4
     off = np.linalg.norm(found.pixels - _projected(found.points), axis=1)
     assert off.max() < 0.3
 
@@ -64,27 +63,12 @@ def test_a_charuco_board_is_known_by_a_part_of_it() -> None:
     assert np.linalg.norm(part.pixels - _projected(part.points), axis=1).max() < 0.5
 
 
-@pytest.mark.parametrize("board", [CHARUCO, CHESS])
-def test_a_picture_without_the_board_has_no_corners(board: Board) -> None:
-    noise = np.random.default_rng(0).integers(0, 255, (480, 640)).astype(np.uint8)
-    assert board.corners(noise) is None
-
-
-def test_colour_is_read_as_grey() -> None:
-    grey = _shown(CHARUCO)
-    colour = np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-    one, two = CHARUCO.corners(grey), CHARUCO.corners(colour)
-    assert isinstance(one, Corners)
-    assert isinstance(two, Corners)
-    np.testing.assert_allclose(one.pixels, two.pixels)
-
-
 @pytest.mark.parametrize(
     ("sizes", "said"),
     [
         ((2, 5, 0.05, 0.03), "too small"),
         ((7, 5, 0.05, 0.05), "markers are smaller"),
-        ((7, 5, 0.05, 0.0), "looks the same turned round"),
+        ((7, 5, 0.05, 0.0), "both above 0"),
     ],
 )
 def test_boards_that_cannot_serve_are_refused(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from facetlog.robot.pioneer.opening import Handshake, Opening, SetBaud
 from facetlog.robot.pioneer.packets.commands import Command
@@ -48,6 +49,39 @@ class Line:
             for _, _, data in self.writes
             for each in decoder.feed(data)
         ]
+
+
+class Timed(Protocol):
+    """A robot in time that its caller counts."""
+
+    def receive(self, data: bytes, now: float) -> None: ...
+
+    def pending(self, now: float) -> bytes: ...
+
+
+class TimedPort:
+    """A robot on a port in its own time, which goes on while somebody reads."""
+
+    address, has_baud = "timed", False
+
+    def __init__(self, robot: Timed, now: float = 100.0) -> None:
+        self.robot, self.now = robot, now
+
+    def clock(self) -> float:
+        return self.now
+
+    def read(self, timeout: float) -> bytes:
+        self.now += min(max(timeout, 1e-3), 0.02)
+        return self.robot.pending(self.now)
+
+    def write(self, data: bytes) -> None:
+        self.robot.receive(data, self.now)
+
+    def set_baud(self, baud: int) -> None:
+        raise AssertionError(f"there is no rate to make {baud}")
+
+    def close(self) -> None:
+        raise AssertionError("nobody closes it")
 
 
 def answering(robot: ScriptedRobot, at_baud: int | None = None) -> Answer:

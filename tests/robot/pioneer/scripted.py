@@ -11,8 +11,6 @@ from facetlog.robot.pioneer.packets.commands import Command, read_argument
 from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.packets.reports import (
     Configuration,
-    Encoders,
-    InputsOutputs,
     Names,
     Report,
     ServerInformation,
@@ -34,6 +32,8 @@ class ScriptedRobot:
     """What is on the robot's side of the line; `receive` and `pending` take the time."""
 
     model: str = "p3dx"
+    subclass: str | None = None
+    """The model that it reports, where that is another."""
     configuration: Configuration | None = CONFIGURATION
     reports_motors: bool = True
     watchdog: float = 2.0
@@ -140,10 +140,6 @@ class ScriptedRobot:
                 self._set(turning_deceleration=-value)
             case Command.CONFIG if self.configuration is not None:
                 self.say(replace(self.configuration, subclass=self.model).to_packet())
-            case Command.ENCODER:
-                self.say(Encoders(-70000, 123456).to_packet())
-            case Command.IOREQUEST:
-                self.say(InputsOutputs(b"\x0f", b"\xf0", (512, 3)).to_packet())
             case Command.SIM_STAT:
                 self.say(TruePose(Pose2(self.x, self.y, self.heading)).to_packet())
             case Command.TTY2 if isinstance(argument, bytes):
@@ -172,7 +168,7 @@ class ScriptedRobot:
             self._sync = packet.kind + 1
             self.say(Packet(packet.kind))
             return
-        self.say(Names("scripted", "Pioneer", self.model).to_packet())
+        self.say(Names("scripted", "Pioneer", self.subclass or self.model).to_packet())
         self.session, self.motors, self._last_heard = "synchronised", False, now
 
     def _set(self, **settings: int) -> None:

@@ -22,41 +22,18 @@ from facetlog.robot.simulator.world_file import (
     SceneSetup,
     WorldSetup,
 )
+from tests.robot.pioneer.lines import TimedPort
 
 TICK = 0.02
 TRACK = 2 / 5.6  # metres, of the p3dx
-
-
-class SimulatedPort:
-    """The simulation as a port in its own time, which goes on while somebody reads."""
-
-    address, has_baud = "simulated", False
-
-    def __init__(self, setup: WorldSetup) -> None:
-        self.simulation, self.now = Simulation(setup), 0.0
-
-    def clock(self) -> float:
-        return self.now
-
-    def read(self, timeout: float) -> bytes:
-        self.now += min(timeout, TICK)
-        return self.simulation.pending(self.now)
-
-    def write(self, data: bytes) -> None:
-        self.simulation.receive(data, self.now)
-
-    def set_baud(self, baud: int) -> None:
-        raise AssertionError(f"there is no rate to make {baud}")
-
-    def close(self) -> None:
-        raise AssertionError("nobody closes it")
 
 
 class Run:
     """A connected robot whose motors are on."""
 
     def __init__(self, setup: WorldSetup, model: str | None = None) -> None:
-        self.port = SimulatedPort(setup)
+        self.simulation = Simulation(setup)
+        self.port = TimedPort(self.simulation, 0.0)
         self.connected: Connected = connect_over(self.port, self.port.clock, model=model)
         self.control = Control(
             self.port.now, self.connected.parameters, self.connected.configuration
@@ -77,7 +54,7 @@ class Run:
         return self.control.state
 
     def true_pose(self) -> Pose2:
-        truth = self.port.simulation.state(self.port.now).truth
+        truth = self.simulation.state(self.port.now).truth
         return Pose2(truth.x, truth.y, truth.heading)
 
     def run(self, seconds: float, speed: float = 0.0, turning: float = 0.0) -> None:
@@ -162,7 +139,7 @@ def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing(rate: float) -> No
     the time, and is known to be where it is.
     """
     run = Run(world(ErrorSetup(), seed=2))
-    simulation = run.port.simulation
+    simulation = run.simulation
     simulation.inject(Fault(FaultKind.CORRUPT, rate=rate), run.port.now)
     for _ in range(6):
         run.run(2.5, 0.25, 0.2)
@@ -188,7 +165,7 @@ def test_a_watchdog_of_half_a_second_is_kept_awake_while_the_robot_drives_and_st
     for speed in (0.2, 0.0, 0.2):
         for _ in range(30):
             run.run(0.1, speed)
-            assert not run.port.simulation.state(run.port.now).unattended
+            assert not run.simulation.state(run.port.now).unattended
     assert {p.cause for p in run.control.problems} <= {Cause.LEASE}
     assert run.state.pose.x > 1.0
 
@@ -196,11 +173,20 @@ def test_a_watchdog_of_half_a_second_is_kept_awake_while_the_robot_drives_and_st
 def test_a_power_cycle_ends_the_session() -> None:
     run = Run(world(ErrorSetup()))
     run.run(2.0, 0.2, 0.0)
-    run.port.simulation.inject(Fault(FaultKind.POWER_CYCLE), run.port.now)
+    run.simulation.inject(Fault(FaultKind.POWER_CYCLE), run.port.now)
     run.run(3.0)
     assert run.control.lost is not None
-    assert run.port.simulation.state(run.port.now).speed == 0
+    assert run.simulation.state(run.port.now).speed == 0
     assert run.state.pose.x > 0.2
+
+
+def test_the_stop_button_is_named_not_the_stall_that_comes_with_it() -> None:
+    run = Run(world(ErrorSetup()))
+    run.simulation.inject(Fault(FaultKind.STOP_BUTTON), run.port.now)
+    run.run(1.0)
+    with pytest.raises(DeviceError, match="STOP button"):
+        run.control.drive(0.2, 0.0, 0.3, run.port.now)
+    assert [p.cause for p in run.control.problems] == [Cause.STOP_BUTTON]
 
 
 def test_a_robot_that_counts_in_other_units_is_stopped_before_it_is_far() -> None:

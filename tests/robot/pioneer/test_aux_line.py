@@ -6,7 +6,6 @@ import pytest
 
 from facetlog.errors import DeviceTimeout
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.packets.reports import Report
 from facetlog.robot.pioneer.pioneer import Pioneer
 from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
 
@@ -43,36 +42,10 @@ def test_an_answer_comes_back_through_the_tunnel_in_the_order_that_drivers_use(
     assert aux_words(scripted) == [("GETAUX", 0), ("TTY2", QUESTION), ("GETAUX", 11)]
 
 
-def test_an_answer_may_be_read_in_two_parts(robot: Pioneer) -> None:
-    line = robot.aux()
-    line.send(QUESTION)
-    assert line.receive(3, 5.0) + line.receive(8, 5.0) == ANSWER
-
-
-def test_what_came_before_a_flush_is_forgotten(robot: Pioneer, scripted: ScriptedRobot) -> None:
-    line = robot.aux()
-    line.send(QUESTION)
-    line.receive(3, 5.0)
-    line.flush()
-    assert scripted.aux_buffer == b""
-    line.send(QUESTION)
-    assert line.receive(11, 5.0) == ANSWER
-
-
 def test_a_device_that_says_nothing_is_a_time_out_that_says_what_to_check(robot: Pioneer) -> None:
     line = robot.aux()
     with pytest.raises(DeviceTimeout, match=r"AUX1.*0 of 6 bytes.*power, cable"):
         line.receive(6, 0.2)
-
-
-def test_bytes_that_came_too_late_are_kept_for_the_next_that_asks(
-    robot: Pioneer, scripted: ScriptedRobot
-) -> None:
-    line = robot.aux()
-    with pytest.raises(DeviceTimeout):
-        line.receive(4, 0.1)
-    scripted.say(Packet(Report.SERAUX, b"late"))
-    assert line.receive(4, 5.0) == b"late"
 
 
 def test_a_lost_request_is_made_again(robot: Pioneer, scripted: ScriptedRobot) -> None:
@@ -99,22 +72,7 @@ def test_long_texts_go_in_as_many_packets_as_it_takes(
     assert max(map(len, scripted.aux_out)) <= 195
 
 
-def test_reports_go_on_while_an_answer_is_waited_for(robot: Pioneer) -> None:
-    before = robot.state.at
-    with pytest.raises(DeviceTimeout):
-        robot.aux().receive(6, 0.5)
-    assert robot.state.at > before
-
-
-def test_the_ports_baud_rate_is_set_where_one_is_given(
-    robot: Pioneer, scripted: ScriptedRobot
-) -> None:
-    robot.aux(1, baud=9600)
-    robot.aux(1)
-    assert aux_words(scripted) == [("AUX1BAUD", 0)]
-
-
-def test_ports_and_speeds_that_there_are_not_are_refused(robot: Pioneer) -> None:
-    for number, baud in ((0, None), (4, None), (1, 4800), (3, 9600)):
+def test_ports_that_there_are_not_are_refused(robot: Pioneer) -> None:
+    for number in (0, 4):
         with pytest.raises(ValueError, match="AUX"):
-            robot.aux(number, baud=baud)
+            robot.aux(number)

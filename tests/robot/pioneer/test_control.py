@@ -32,13 +32,6 @@ def moving(drive: Drive | None = None, speed: float = 0.3, turning: float = 0.0)
     return drive
 
 
-def test_a_robot_that_is_driven_goes_as_fast_as_it_is_reported() -> None:
-    drive = moving(turning=0.2)
-    assert drive.state.turning == pytest.approx(math.radians(11), abs=0.01)
-    assert drive.control.problems == ()
-    assert drive.state.pose.x > 0.3
-
-
 def test_speeds_are_repeated_several_times_a_second_and_no_more_often_than_p2os_takes() -> None:
     drive = moving()
     since = drive.now
@@ -76,15 +69,6 @@ def test_a_robot_is_stopped_at_once_when_the_thread_that_drives_has_ended() -> N
     assert drive.robot.stopped_at - died < 0.35
 
 
-def test_a_caller_that_hangs_right_after_the_longest_lease_leaves_a_robot_that_stands() -> None:
-    drive = moving()
-    hung = drive.now
-    drive.control.drive(0.3, 0.0, LONGEST_LEASE, hung)
-    drive.run(1.5)
-    assert drive.robot.stopped_at is not None
-    assert drive.robot.stopped_at - hung < STAND
-
-
 def test_a_robot_that_brakes_badly_is_stopped_the_hard_way() -> None:
     weak = replace(CONFIGURATION, acceleration_top=200)
     drive = moving(Drive(ScriptedRobot(configuration=weak)))
@@ -93,16 +77,6 @@ def test_a_robot_that_brakes_badly_is_stopped_the_hard_way() -> None:
     assert "ESTOP" in drive.names(died)
     assert drive.robot.stopped_at is not None
     assert drive.robot.stopped_at - died < STAND
-
-
-def test_a_stop_of_the_programs_own_is_gentle_and_no_problem() -> None:
-    drive = moving()
-    drive.control.stop()
-    since = drive.now
-    drive.run(1.0)
-    assert drive.state.standing
-    assert "ESTOP" not in drive.names(since)
-    assert drive.control.problems == ()
 
 
 def test_zeros_are_sent_until_the_robot_is_seen_to_stand_and_then_only_pulses() -> None:
@@ -142,43 +116,12 @@ def test_the_first_packets_after_a_gap_are_zeros_never_a_pulse() -> None:
     assert Cause.HELD_UP in causes(drive)
 
 
-def test_a_program_that_was_held_up_while_driving_drives_on_only_after_clear_stop() -> None:
-    drive = moving()
-    drive.hang(5.0)
-    drive.run(1.0)
-    assert drive.control.halted in drive.control.problems
-    with pytest.raises(DeviceError, match=r"held up for 5\.\d s while the robot.*clear_stop"):
-        drive.control.drive(0.1, 0.0, 0.3, drive.now)
-    drive.control.clear_stop()
-    drive.run(1.0, (0.1, 0.0))
-    assert drive.state.speed == pytest.approx(0.1, abs=0.01)
-
-
 def test_a_program_that_is_held_up_while_the_robot_stands_has_lost_nothing() -> None:
     drive = Drive()
     drive.hang(5.0)
     drive.run(0.5)
     assert drive.control.halted is None
     assert Cause.HELD_UP not in causes(drive)
-
-
-def test_zeros_go_before_anything_that_somebody_else_sends_after_a_gap() -> None:
-    drive = moving()
-    drive.hang(3.0)
-    since, where = drive.now, way(drive.robot)
-    drive.send(Packet(42, b"\x2b\x01\x81"))
-    assert drive.names(since) == ["VEL 0", "RVEL 0", "TTY2 81"]
-    drive.run(1.0)
-    assert way(drive.robot) - where < 0.005
-
-
-def test_a_shorter_watchdog_of_the_robot_makes_for_shorter_gaps() -> None:
-    robot = ScriptedRobot(configuration=replace(CONFIGURATION, watchdog_ms=600), watchdog=0.6)
-    drive = moving(Drive(robot))
-    drive.hang(0.5)
-    since = drive.now
-    drive.tick()
-    assert drive.names(since) == ["VEL 0", "RVEL 0"]
 
 
 def test_no_reports_for_half_a_second_stop_the_robot_and_their_return_lets_it_go_on() -> None:
@@ -221,25 +164,6 @@ def test_damaged_reports_alone_end_the_session_later() -> None:
     drive.run(4.0)
     with pytest.raises(DeviceTimeout, match="damaged; check cable and baud rate"):
         drive.control.check()
-
-
-def test_a_cut_line_leaves_a_robot_that_stands_and_does_not_jump_when_it_is_mended() -> None:
-    drive = moving()
-    drive.cut = True
-    drive.run(4.0)
-    assert drive.robot.speed == 0  # by its watchdog
-    where = way(drive.robot)
-    drive.cut = False
-    drive.run(2.0)
-    assert way(drive.robot) - where < 0.005
-
-
-def test_a_reset_of_the_controller_ends_the_session() -> None:
-    drive = moving()
-    drive.control.take(Received(Packet(0xFF), drive.now))
-    with pytest.raises(DeviceError, match="reset"):
-        drive.control.drive(0.1, 0.0, 0.3, drive.now)
-    assert causes(drive) == [Cause.RESET]
 
 
 @pytest.mark.parametrize(
@@ -302,12 +226,6 @@ def test_a_low_battery_stops_the_robot_but_a_dip_does_not() -> None:
         drive.control.drive(0.1, 0.0, 0.3, drive.now)
 
 
-def test_a_battery_that_is_not_reported_is_not_low() -> None:
-    drive = Drive(ScriptedRobot(battery=0))
-    drive.run(3.0, (0.2, 0.0))
-    assert causes(drive) == []
-
-
 def test_motors_are_off_until_they_are_switched_on() -> None:
     drive = Drive(enabled=False)
     assert drive.state.motors_on is False
@@ -322,16 +240,6 @@ def test_motors_are_not_switched_on_again_by_the_driver() -> None:
     since = drive.now
     drive.run(5.0)
     assert not any(name.startswith("ENABLE") for name in drive.names(since))
-
-
-def test_motors_that_were_switched_off_on_purpose_are_no_problem() -> None:
-    drive = moving()
-    drive.control.stop()
-    drive.run(1.5)
-    drive.send(*drive.control.switching(on=False))
-    drive.run(1.0)
-    assert drive.state.motors_on is False
-    assert drive.control.problems == ()
 
 
 def old_robot(**changes: object) -> Drive:
@@ -350,11 +258,6 @@ def test_old_firmware_does_not_report_its_motors_but_its_behaviour_shows_them() 
     assert drive.control.problems == ()
 
 
-def test_motors_of_old_firmware_are_taken_to_be_off_after_connecting() -> None:
-    drive = Drive(ScriptedRobot(model="p2dx", reports_motors=False), enabled=False)
-    assert drive.state.motors_on is False
-
-
 def test_a_robot_that_does_not_move_is_said_to_have_its_motors_off() -> None:
     drive = old_robot(enable_works=False)
     with pytest.raises(DeviceError, match="commanded to move for"):
@@ -363,28 +266,6 @@ def test_a_robot_that_does_not_move_is_said_to_have_its_motors_off() -> None:
     assert "MOTORS button" in drive.control.problems[0].text
     drive.run(0.2)
     assert drive.state.motors_on is False
-
-
-def test_motors_of_old_firmware_that_go_off_on_the_way_are_said_once() -> None:
-    drive = old_robot()
-    drive.run(1.0, (0.2, 0.0))
-    drive.robot.motors = False
-    with pytest.raises(DeviceError, match="commanded to move for"):
-        drive.run(4.0, (0.2, 0.0))
-    drive.run(1.0)
-    assert causes(drive) == [Cause.NOT_MOVING]
-
-
-def test_standing_still_at_a_creeping_speed_is_no_problem() -> None:
-    drive = old_robot(enable_works=False)
-    drive.run(4.0, (0.01, 0.0))
-    assert causes(drive) == []
-
-
-def test_speeds_are_within_the_limits_and_keep_their_curve() -> None:
-    drive = Drive()
-    assert drive.control.drive(2.0, 1.0, 0.3, drive.now) == pytest.approx((0.3, 0.15))
-    assert drive.control.drive(0.0, -9.0, 0.3, drive.now) == pytest.approx((0.0, -math.radians(30)))
 
 
 def test_the_robot_itself_is_given_the_limits() -> None:
@@ -406,12 +287,6 @@ def test_only_bumpers_that_there_are_stall_the_wheels(
     assert [name for name in Drive(robot).names() if name.startswith("BUMPSTALL")] == expected
 
 
-def test_a_robot_that_says_nothing_of_itself_is_driven_all_the_same() -> None:
-    drive = moving(Drive(ScriptedRobot(configuration=None)))
-    assert not any(name.startswith("BUMPSTALL") for name in drive.names())
-    assert drive.control.parting() == []
-
-
 def test_the_robots_own_settings_are_given_back() -> None:
     names = [(packet.kind, packet.payload) for packet in Drive().control.parting()]
     assert len(names) == 4
@@ -429,35 +304,6 @@ def test_what_is_no_speed_is_refused_and_nothing_is_sent(speed: float) -> None:
     drive = Drive()
     with pytest.raises(ValueError, match="cannot drive"):
         drive.control.drive(speed, 0.0, 0.3, drive.now)
-
-
-@pytest.mark.parametrize("damage", [0.01, 0.05])
-def test_damage_and_gaps_cost_the_pose_nothing_but_the_rounding_of_the_encoders(
-    damage: float,
-) -> None:
-    """Bytes damaged both ways, and half a second of no line at all every three seconds.
-
-    Of 5 % damage a report of 31 bytes survives in one case of five.
-    """
-    drive = Drive(damage=damage)
-    for i in range(6000):
-        drive.cut = i % 300 >= 250
-        if i % 10 == 0:
-            drive.control.clear_stop()
-            drive.control.drive(0.25, 0.2, 0.3, drive.now)
-        drive.tick()
-    drive.cut = False
-    drive.run(2.0)
-    drive.damage = 0.0  # for the last word: a false report may pass for whole, until the next
-    drive.run(0.5)
-    assert drive.robot.speed == drive.robot.turning == 0
-    assert drive.control.lost is None
-    pose, robot = drive.state.pose, drive.robot
-    # The encoders' own error: a unit of rounding for both ends.
-    assert math.hypot(pose.x - robot.x, pose.y - robot.y) < 0.485e-3
-    assert abs(math.remainder(pose.heading - robot.heading, math.tau)) < math.tau / 4096
-    doubted = [p for p in drive.control.problems if p.cause is Cause.ODOMETRY]
-    assert not doubted
 
 
 @given(

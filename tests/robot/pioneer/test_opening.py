@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import pytest
 
-from facetlog.errors import DeviceTimeout
+from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.connecting import connect_over
 from facetlog.robot.pioneer.opening import Opening
 from facetlog.robot.pioneer.packets.packet import Packet, Receiver
 from facetlog.robot.pioneer.packets.reports import SIP_KINDS
-from tests.robot.pioneer.lines import Line, answering
+from tests.robot.pioneer.lines import Line, TimedPort, answering
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
 
 AUTOBAUD = replace(CONFIGURATION, autobaud=2)
@@ -69,50 +69,6 @@ def test_config_is_requested_a_bounded_number_of_times() -> None:
     assert line.now - 100.0 < 2.0
 
 
-def test_a_lost_open_is_sent_again() -> None:
-    robot = synchronised()
-    lost: list[bytes] = []
-
-    def answer(data: bytes, now: float, baud: int | None) -> bytes:
-        if data and not lost:
-            lost.append(data)
-            return b""
-        return answering(robot)(data, now, baud)
-
-    assert opened(Line(answer)).failure is None
-
-
-def test_no_reports_after_open_are_a_time_out() -> None:
-    machine = opened(Line(lambda *_: b""))
-    assert isinstance(machine.failure, DeviceTimeout)
-    assert "no reports come after OPEN" in str(machine.failure)
-
-
-class TimedPort:
-    """A robot on a port in its own time, which goes on while somebody reads."""
-
-    address, has_baud = "timed", False
-
-    def __init__(self, robot: ScriptedRobot) -> None:
-        self.robot, self.now = robot, 100.0
-
-    def clock(self) -> float:
-        return self.now
-
-    def read(self, timeout: float) -> bytes:
-        self.now += min(max(timeout, 1e-3), 0.02)
-        return self.robot.pending(self.now)
-
-    def write(self, data: bytes) -> None:
-        self.robot.receive(data, self.now)
-
-    def set_baud(self, baud: int) -> None:
-        raise AssertionError(f"there is no rate to make {baud}")
-
-    def close(self) -> None:
-        raise AssertionError("nobody closes it")
-
-
 def test_a_session_that_never_reports_is_closed_and_it_is_said_what_to_check() -> None:
     robot = ScriptedRobot(cycle=math.inf)
     port = TimedPort(robot)
@@ -122,20 +78,19 @@ def test_a_session_that_never_reports_is_closed_and_it_is_said_what_to_check() -
     assert robot.names()[-1] == "CLOSE"
 
 
+def test_an_unknown_model_is_closed_and_the_way_out_is_named() -> None:
+    robot = ScriptedRobot(subclass="patrolbot")
+    port = TimedPort(robot)
+    with pytest.raises(DeviceError, match=r"patrolbot.*model="):
+        connect_over(port, port.clock)
+    assert robot.session == "waiting"
+    found = connect_over(port, port.clock, model="p3at")
+    assert (found.parameters.name, found.names.subclass) == ("p3at", "patrolbot")
+
+
 def test_a_reset_while_the_session_is_opened_is_said() -> None:
     machine = opened(Line(lambda data, *_: Packet(0xFF).to_bytes() if data else b""))
     assert "reset" in str(machine.failure)
-
-
-def test_a_damaged_config_is_requested_again() -> None:
-    robot = synchronised()
-    damaged = [Packet(0x20, b"Pioneer").to_bytes()]
-
-    def answer(data: bytes, now: float, baud: int | None) -> bytes:
-        said = answering(robot)(data, now, baud)
-        return damaged.pop() if b"SCRIPT" in said and damaged else said
-
-    assert opened(Line(answer)).configuration is not None
 
 
 def test_the_rate_is_raised_where_the_robot_says_that_it_takes_it() -> None:
@@ -152,13 +107,6 @@ def test_the_rate_stays_where_config_does_not_say_so(configuration: object) -> N
     line = Line(answering(synchronised(configuration=configuration)))
     machine = opened(line, 9600, 38400)
     assert (machine.failure, machine.baud) == (None, 9600)
-    assert "HOSTBAUD" not in line.commands()
-
-
-def test_the_rate_stays_on_a_line_that_has_none() -> None:
-    line = Line(answering(synchronised(configuration=AUTOBAUD)))
-    machine = opened(line, None, 38400)
-    assert (machine.failure, machine.baud) == (None, None)
     assert "HOSTBAUD" not in line.commands()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facetlog.errors import DeviceError, InputError
+from facetlog.errors import InputError
 from facetlog.robot.pioneer.connecting import Connected
 from facetlog.robot.pioneer.guard import Cause
 from facetlog.robot.pioneer.pioneer import Pioneer
@@ -58,41 +58,6 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
     assert found[0].names.name == "scripted"
 
 
-def test_what_was_thought_of_the_motors_of_old_firmware_comes_back_too(tmp_path: Path) -> None:
-    path = tmp_path / "traffic.jsonl"
-    live = drive_and_log(path, robot=ScriptedRobot(model="p2dx", reports_motors=False))
-    again = {s.at: s for s in replayed_states(replay(path))}
-    assert {s.motors_on for s in live} == {False, None, True}
-    assert [again[s.at] for s in live] == live
-
-
-@pytest.mark.slow
-def test_the_last_session_is_played_unless_another_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "traffic.jsonl"
-    first = drive_and_log(path, seconds=0.2)
-    second = drive_and_log(path, seconds=0.2)
-    assert second[-1] in list(replayed_states(replay(path)))
-    assert first[-1] in list(replayed_states(replay(path, 0)))
-    with pytest.raises(InputError, match="holds 2 sessions"):
-        replay(path, 2)
-
-
-def test_a_replay_is_a_port_that_ends_with_its_log(tmp_path: Path) -> None:
-    path = tmp_path / "traffic.jsonl"
-    drive_and_log(path, seconds=0.2)
-    port = replay(path)
-    assert port.has_baud
-    port.write(b"\x00")
-    port.set_baud(38400)
-    before = port.clock()
-    chunks = sum('"in"' in line for line in path.read_text().splitlines())
-    assert all(isinstance(port.read(0.1), bytes) for _ in range(chunks))
-    with pytest.raises(DeviceError, match="log ends here"):
-        port.read(0.1)
-    assert port.clock() > before
-    port.close()
-
-
 def test_a_line_that_a_kill_cut_off_does_no_harm(tmp_path: Path) -> None:
     path = tmp_path / "traffic.jsonl"
     drive_and_log(path, seconds=0.2)
@@ -125,11 +90,6 @@ def test_a_file_that_is_no_log_is_the_users_matter(
     path.write_text(line + "\n")
     with pytest.raises(InputError, match=expected):
         replay(path)
-
-
-def test_a_missing_log_is_the_users_matter(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        replay(tmp_path / "none.jsonl")
 
 
 def test_a_log_on_a_full_disk_is_a_problem_and_the_robot_drives_on() -> None:

@@ -43,9 +43,3 @@ def test_what_did_not_arrive_is_sent_again_until_it_shows() -> None:
 
 def test_where_config_is_not_answered_all_is_sent_three_times_and_no_more() -> None:
     assert sent(None, None) == [ALL] * 3
-
-
-def test_nothing_is_requested_where_there_is_nothing_to_set() -> None:
-    asked: list[None] = []
-    send_until_confirmed([], lambda _: None, lambda: asked.append(None))
-    assert asked == []

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.robot.pioneer.packets.reports import ServerInformation, SonarReading
 from facetlog.robot.pioneer.parameters import MODELS
-from facetlog.robot.pioneer.state import StateMaker, reports_motors
+from facetlog.robot.pioneer.state import StateMaker
 from tests.robot.pioneer.scripted import CONFIGURATION
 
 REPORT = ServerInformation(
@@ -51,20 +51,19 @@ def test_bumpers_are_as_many_as_the_robot_has_and_from_left_to_right() -> None:
     state, _ = StateMaker(MODELS["p3dx"], CONFIGURATION).state(REPORT, 0.0)
     assert state.front_bumpers == (True, False, False, False, True)
     assert state.rear_bumpers == (False, True, False, False, False)
-    assert state.bumped
     none = replace(CONFIGURATION, front_bumpers=0, rear_bumpers=0)
     state, _ = StateMaker(MODELS["p3dx"], none).state(REPORT, 0.0)
-    assert (state.front_bumpers, state.rear_bumpers, state.bumped) == ((), (), False)
+    assert (state.front_bumpers, state.rear_bumpers) == ((), ())
     state, _ = StateMaker(MODELS["p3dx"]).state(REPORT, 0.0)
     assert len(state.front_bumpers) == len(state.rear_bumpers) == 5
 
 
 def test_flags_are_believed_from_aros_on_only() -> None:
     told, _ = StateMaker(MODELS["p3dx"]).state(REPORT, 0.0)
-    assert (told.motors_on, told.stop_button, told.charger_power) == (True, True, True)
+    assert (told.motors_on, told.stop_button) == (True, True)
     old, _ = StateMaker(MODELS["p2dx"]).state(REPORT, 0.0)
-    assert (old.motors_on, old.stop_button, old.charger_power) == (None, None, None)
-    new = {name for name, p in MODELS.items() if reports_motors(p)}
+    assert (old.motors_on, old.stop_button) == (None, None)
+    new = {name for name, p in MODELS.items() if p.generation.reports_motors}
     assert new == {"p2d8", "p2at8", "p3dx", "p3dx-sh", "p3at", "p3at-sh"}
 
 
@@ -85,29 +84,7 @@ def test_a_sonar_that_no_table_has_is_kept_without_its_place() -> None:
 
 
 def test_fields_of_later_firmware_go_before_those_that_they_refine() -> None:
-    later = replace(
-        REPORT,
-        gripper=1,
-        analog=2,
-        digital_in=3,
-        digital_out=4,
-        battery_10=265,
-        charge_state=1,
-        turning=-100,
-        faults=2,
-        sideways=-50,
-        temperature=-127,
-        charge_percent=80,
-    )
+    later = replace(REPORT, battery_10=265, turning=-100)
     state, _ = StateMaker(MODELS["p3dx"]).state(later, 0.0)
     assert state.battery_v == pytest.approx(26.5)
     assert state.turning == pytest.approx(math.radians(-10))
-    assert state.sideways == pytest.approx(-0.05)
-    assert (state.charging, state.charge, state.temperature_c) == (1, 0.8, None)
-    assert (state.gripper, state.analog, state.digital_in, state.digital_out) == (1, 2, 3, 4)
-    assert state.raw is later
-
-
-def test_what_is_not_reported_is_none() -> None:
-    state, _ = StateMaker(MODELS["p3dx"]).state(REPORT, 0.0)
-    assert {state.charging, state.charge, state.faults, state.sideways, state.timer} == {None}

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.errors import InputError
 from facetlog.robot.pioneer.packets.commands import (
     Command,
     make_integer_command,
     make_plain_command,
 )
 from facetlog.robot.pioneer.packets.packet import Packet
-from facetlog.robot.pioneer.traffic import TrafficLog, report_name
+from facetlog.robot.pioneer.traffic import TrafficLog
 
 
 def lines_of(path: Path) -> list[dict[str, object]]:
@@ -45,19 +44,6 @@ def test_bytes_are_kept_as_they_came_and_named_where_a_packet_is_whole(tmp_path:
     assert lines_of(log.path)[0]["hex"] == "00" + wire[:3].hex()
 
 
-def test_sessions_follow_each_other_in_one_file(tmp_path: Path) -> None:
-    for at in (1.0, 2.0):
-        log = TrafficLog(tmp_path / "traffic.jsonl")
-        log.start(at, "a", serial=True, model="p2dx", baud=9600)
-        log.close()
-    assert [line["at"] for line in lines_of(tmp_path / "traffic.jsonl")] == [1.0, 2.0]
-
-
-def test_a_log_that_cannot_be_opened_is_the_users_matter(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be written"):
-        TrafficLog(tmp_path / "missing" / "traffic.jsonl")
-
-
 def test_a_full_disk_is_said_once_and_nothing_else_happens() -> None:
     said: list[str] = []
     log = TrafficLog(Path("/dev/full"))
@@ -85,9 +71,3 @@ def test_a_disk_that_does_not_keep_up_is_not_waited_for(
     go_on.set()
     log.close()
     assert not log._thread.is_alive()
-
-
-def test_reports_without_a_name_have_a_number() -> None:
-    assert report_name(Packet(0x33)) == "SIP"
-    assert report_name(Packet(0x62)) == "SIM_STAT"
-    assert report_name(Packet(0x70)) == "report 112"

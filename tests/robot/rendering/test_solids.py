@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from facetlog.robot.rendering.solids import (
-    chair,
     cuboid,
     cylinder,
     placed,
@@ -12,7 +11,6 @@ from facetlog.robot.rendering.solids import (
     pyramid,
     room_corner,
     standing_wedge,
-    table,
     wedge,
 )
 from facetlog.robot.rendering.world import Solid
@@ -44,27 +42,6 @@ def test_a_closed_solid_has_its_volume_and_its_edges(name: str) -> None:
     assert len(solid.edges) == edges
     assert solid.vertices[:, 2].min() == 0.0
     assert solid.size == pytest.approx(np.ptp(solid.vertices, axis=0))
-
-
-@pytest.mark.parametrize(
-    ("solid", "parts"),
-    [
-        (table(14, 10, 9, thickness=0.8, leg=0.9), 5),
-        (chair(7, 7, 6.5, 6.5, thickness=0.7, leg=0.8), 6),
-    ],
-)
-def test_furniture_is_made_of_boxes_whose_faces_look_outwards(solid: Solid, parts: int) -> None:
-    assert len(solid.vertices) == 8 * parts
-    for face in solid.faces:
-        corners = solid.vertices[list(face)]
-        part = solid.vertices[8 * (face[0] // 8) :][:8]
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
-        assert normal @ (corners[0] - part.mean(axis=0)) > 0
-
-
-def test_the_ends_hidden_by_another_part_have_no_face() -> None:
-    assert len(table(14, 10, 9, thickness=0.8, leg=0.9).faces) == 6 + 4 * 5
-    assert len(chair(7, 7, 6.5, 6.5, thickness=0.7, leg=0.8).faces) == 6 + 5 * 5
 
 
 def test_a_placed_solid_keeps_its_shape_and_scales_its_size() -> None:

@@ -12,20 +12,22 @@ from facetlog.robot.pioneer.packets.commands import (
 from facetlog.robot.pioneer.packets.packet import Decoder, Packet
 from facetlog.robot.pioneer.packets.reports import SIP_KINDS, ServerInformation
 from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.rendering.world import Solid
-from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars, Truth
+from facetlog.robot.simulator.body import Body, MotionErrors, Obstacles, Sonars
 from facetlog.robot.simulator.firmware.drive import Drive
+from facetlog.robot.simulator.firmware.factory_settings import make_default_configuration
 from facetlog.robot.simulator.firmware.firmware import Firmware
-from facetlog.robot.simulator.firmware.generations import make_default_configuration
+from facetlog.robot.simulator.simulation import Simulation
 
 ROBOT_HEIGHT = 0.24
-ORIGIN, EXACT = Truth(0.0, 0.0, 0.0), MotionErrors()
+ORIGIN, EXACT = Pose2(0.0, 0.0, 0.0), MotionErrors()
 
 
 def make_firmware(
     model: str = "p3dx",
     *solids: Solid,
-    start: Truth = ORIGIN,
+    start: Pose2 = ORIGIN,
     errors: MotionErrors = EXACT,
     seed: int = 0,
     position_bits: int = 15,
@@ -39,7 +41,7 @@ def make_firmware(
     track = 2 / parameters.turning_per_speed
     body = Body(track, start, errors=errors, surroundings=obstacles, rng=rng)
     return Firmware(
-        Drive(parameters, configuration, body, home=start),
+        Drive(parameters, configuration, body),
         Sonars(parameters, obstacles, period=0.04),
         position_bits=position_bits,
     )
@@ -47,9 +49,9 @@ def make_firmware(
 
 @dataclass
 class Client:
-    """Sends packets and reads reports; `now` is its clock."""
+    """Sends packets to a robot, bare or on a faulty line, and reads reports; `now` is its clock."""
 
-    firmware: Firmware
+    firmware: Firmware | Simulation
     now: float = 0.0
     decoder: Decoder = field(default_factory=Decoder)
     packets: list[Packet] = field(default_factory=list)
@@ -97,19 +99,35 @@ class Client:
         assert sips, "no SIP within a cycle"
         return ServerInformation.from_packet(sips[-1])
 
+    def hold(self, speed: int, seconds: float) -> None:
+        """Repeat a speed every 100 ms, as drivers do."""
+        for _ in range(round(10 * seconds)):
+            self.command(Command.VEL, speed)
+            self.wait(0.1)
+
     @property
-    def truth(self) -> Truth:
-        return self.firmware.drive.body.truth
+    def last_report(self) -> ServerInformation:
+        sips = [packet for packet in self.packets if packet.kind in SIP_KINDS]
+        return ServerInformation.from_packet(sips[-1])
+
+    @property
+    def drive(self) -> Drive:
+        robot = self.firmware
+        return robot.drive if isinstance(robot, Firmware) else robot.firmware.drive
+
+    @property
+    def truth(self) -> Pose2:
+        return self.drive.body.truth
 
     @property
     def speed(self) -> float:
-        return self.firmware.drive.body.speed
+        return self.drive.body.speed
 
     @property
     def turning(self) -> float:
-        return self.firmware.drive.body.turning
+        return self.drive.body.turning
 
 
-def connected(firmware: Firmware, *, motors: bool = True) -> Client:
+def connected(firmware: Firmware | Simulation, *, motors: bool = True) -> Client:
     """A client whose session is open."""
     return Client(firmware).open(motors=motors)

@@ -10,12 +10,8 @@ from hypothesis import strategies as st
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.packets.commands import (
     Command,
-    make_integer_command,
-    make_plain_command,
 )
-from facetlog.robot.pioneer.packets.packet import Decoder, Packet
-from facetlog.robot.pioneer.packets.reports import ServerInformation
-from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine, Schedule
+from facetlog.robot.simulator.faults import Fault, FaultKind, FaultyLine
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import (
     HeadSetup,
@@ -25,6 +21,7 @@ from facetlog.robot.simulator.world_file import (
     TimedFault,
     WorldSetup,
 )
+from tests.robot.simulator.clients import Client, connected
 from tests.robot.simulator.firmware.test_aux_ports import Parrot
 
 
@@ -32,65 +29,16 @@ def line() -> FaultyLine:
     return FaultyLine(np.random.default_rng(0))
 
 
-class Driver:
-    """A client of a whole simulation that repeats what it wants every 100 ms, as drivers do."""
-
-    def __init__(self, *faults: TimedFault, model: str = "p3dx", seed: int = 0) -> None:
-        self.simulation = Simulation(
-            WorldSetup(
-                scene=SceneSetup(world="empty"),
-                robot=RobotSetup(model=model, odometry="perfect"),
-                head=HeadSetup(kind="none"),
-                faults=faults,
-                seed=seed,
-            )
+def driver(*faults: TimedFault) -> tuple[Client, Simulation]:
+    simulation = Simulation(
+        WorldSetup(
+            scene=SceneSetup(world="empty"),
+            robot=RobotSetup(model="p3dx", odometry="perfect"),
+            head=HeadSetup(kind="none"),
+            faults=faults,
         )
-        self.now = 0.0
-        self.decoder = Decoder()
-        self.reports: list[ServerInformation] = []
-        self.others: list[Packet] = []
-        for kind in (0, 1, 2, Command.OPEN):
-            self.command(make_plain_command(Command(kind)), 0.02)
-        self.command(make_integer_command(Command.ENABLE, 1), 0.0)
-
-    def command(self, packet: Packet, seconds: float) -> int:
-        """How many packets came in the seconds after it was sent."""
-        self.simulation.receive(packet.to_bytes(), self.now)
-        return self.listen(seconds)
-
-    def listen(self, seconds: float) -> int:
-        self.now += seconds
-        found = self.decoder.feed(self.simulation.pending(self.now), self.now)
-        for received in found:
-            if received.packet.kind in (0x32, 0x33):
-                self.reports.append(ServerInformation.from_packet(received.packet))
-            else:
-                self.others.append(received.packet)
-        return len(found)
-
-    def hold(self, speed: int, seconds: float) -> None:
-        end = self.now + seconds
-        while self.now < end - 1e-9:
-            self.command(make_integer_command(Command.VEL, speed), 0.1)
-
-    def inject(self, kind: FaultKind, **values: float | bool) -> None:
-        self.simulation.inject(Fault(kind, **values), self.now)  # type: ignore[arg-type]
-
-    @property
-    def x(self) -> float:
-        return self.simulation.firmware.drive.body.truth.x
-
-    @property
-    def speed(self) -> float:
-        return self.simulation.firmware.drive.body.speed
-
-
-@given(st.lists(st.binary(max_size=20), max_size=20))
-def test_a_line_without_faults_passes_everything_at_once(pieces: list[bytes]) -> None:
-    whole = line()
-    for index, piece in enumerate(pieces):
-        whole.push(piece, float(index))
-    assert whole.pull(float(len(pieces))) == b"".join(pieces)
+    )
+    return connected(simulation), simulation
 
 
 def test_bytes_are_corrupted_and_lost_at_their_rates() -> None:
@@ -119,123 +67,54 @@ def test_late_bytes_keep_their_order(rate: float, delay: float, count: int) -> N
     assert came + slow.pull(math.inf) == bytes(range(count))
 
 
-def test_a_frozen_line_gives_all_at_once_afterwards() -> None:
-    frozen = line()
-    frozen.frozen_until = 1.0
-    frozen.push(b"a", 0.1)
-    frozen.push(b"b", 0.9)
-    assert frozen.pull(0.99) == b""
-    assert frozen.pull(1.0) == b"ab"
-
-
-def test_a_schedule_gives_faults_in_their_order_and_ends_those_that_last() -> None:
-    schedule = Schedule()
-    schedule.add(5.0, Fault(FaultKind.STALL))
-    schedule.add(1.0, Fault(FaultKind.LOST, rate=0.5, seconds=2.0))
-    assert schedule.next_at == 1.0
-    assert [fault.on for fault in schedule.due(2.9)] == [True]
-    (ended,) = schedule.due(3.0)
-    assert (ended.kind, ended.on) == (FaultKind.LOST, False)
-    assert [fault.kind for fault in schedule.due(9.0)] == [FaultKind.STALL]
-    assert schedule.next_at is None
-
-
-def test_with_5_per_cent_corrupt_bytes_it_still_drives_and_no_false_report_comes() -> None:
-    driver = Driver()
-    driver.inject(FaultKind.CORRUPT, rate=0.05)
-    driver.hold(300, 20.0)
-    assert 5 < len(driver.reports) < 150, "most reports are hit, some come through"
-    for report in driver.reports:
-        assert 0 <= report.x * 0.485e-3 <= driver.x + 0.05
-        assert report.left == report.right
-    assert driver.x > 3.0
-
-
-def test_when_all_is_lost_the_watchdog_stops_the_robot() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.LOST, rate=1.0, seconds=6.0)
-    driver.hold(300, 4.0)
-    assert driver.speed == 0.0
-    stopped = driver.x
-    driver.hold(300, 1.9)
-    assert driver.x == stopped
-    driver.hold(300, 1.5)
-    assert driver.speed == pytest.approx(0.3)
-
-
-def test_a_frozen_link_of_half_a_second_does_not_stop_the_robot() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.FROZEN, seconds=0.5)
-    before = len(driver.reports)
-    driver.hold(300, 0.4)
-    assert len(driver.reports) == before
-    driver.hold(300, 0.2)
-    assert len(driver.reports) >= before + 5
-    assert driver.speed == pytest.approx(0.3)
-
-
 def test_a_link_frozen_for_longer_than_the_watchdog_stops_it_and_then_lets_it_go_on() -> None:
-    driver = Driver()
-    driver.hold(300, 2.0)
-    driver.inject(FaultKind.FROZEN, seconds=4.0)
-    driver.listen(3.9)
-    assert driver.speed == 0.0
-    driver.command(make_plain_command(Command.PULSE), 1.5)
-    assert driver.speed == pytest.approx(0.3)
-
-
-def test_late_bytes_come_when_they_are_due() -> None:
-    driver = Driver()
-    driver.inject(FaultKind.LATE, rate=1.0, delay=0.25)
-    driver.command(make_integer_command(Command.VEL, 300), 0.24)
-    assert driver.speed == 0.0
-    driver.listen(0.26)
-    assert driver.speed > 0.05
+    client, simulation = driver()
+    client.hold(300, 2.0)
+    simulation.inject(Fault(FaultKind.FROZEN, seconds=4.0), client.now)
+    client.wait(3.9)
+    assert client.speed == 0.0
+    client.command(Command.PULSE)
+    client.wait(1.5)
+    assert client.speed == pytest.approx(0.3)
 
 
 def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
-    driver = Driver()
-    driver.inject(FaultKind.LOW_BATTERY, volts=10.5)
-    driver.hold(200, 1.0)
-    assert driver.reports[-1].battery == 105
-    driver.inject(FaultKind.STALL, seconds=1.0)
-    driver.hold(200, 0.5)
-    assert driver.reports[-1].stall_left
-    assert driver.reports[-1].stall_right
-    assert driver.speed == 0.0
-    driver.hold(200, 1.5)
-    assert not driver.reports[-1].stall_left
-    assert driver.speed == pytest.approx(0.2)
-    driver.inject(FaultKind.STALL, seconds=60.0)
-    driver.hold(200, 0.2)
-    driver.inject(FaultKind.STALL, on=False)
-    driver.hold(200, 0.2)
-    assert not driver.reports[-1].stall_left
-    driver.inject(FaultKind.MOTORS_OFF)
-    driver.hold(200, 1.0)
-    assert driver.reports[-1].flags & 1 == 0
-    assert driver.speed == 0.0
-    driver.command(make_integer_command(Command.ENABLE, 1), 0.0)
-    driver.inject(FaultKind.STOP_BUTTON)
-    driver.command(make_integer_command(Command.ENABLE, 1), 0.2)
-    assert driver.reports[-1].flags & 0b100001 == 0b100000
-    driver.inject(FaultKind.STOP_BUTTON, on=False)
-    driver.command(make_integer_command(Command.ENABLE, 1), 0.2)
-    assert driver.reports[-1].flags & 0b100001 == 1
+    client, simulation = driver()
+
+    def inject(kind: FaultKind, **values: float | bool) -> None:
+        simulation.inject(Fault(kind, **values), client.now)  # type: ignore[arg-type]
+
+    inject(FaultKind.LOW_BATTERY, volts=10.5)
+    client.hold(200, 1.0)
+    assert client.last_report.battery == 105
+    inject(FaultKind.STALL, seconds=1.0)
+    client.hold(200, 0.5)
+    assert client.last_report.stall_left
+    assert client.speed == 0.0
+    client.hold(200, 1.5)
+    assert not client.last_report.stall_left
+    assert client.speed == pytest.approx(0.2)
+    inject(FaultKind.MOTORS_OFF)
+    client.hold(200, 1.0)
+    assert client.last_report.flags & 1 == 0
+    assert client.speed == 0.0
+    for pressed, flags in ((True, 0b100000), (False, 0b1)):
+        inject(FaultKind.STOP_BUTTON, on=pressed)
+        client.command(Command.ENABLE, 1)
+        client.wait(0.2)
+        assert client.last_report.flags & 0b100001 == flags
 
 
 def test_faults_of_the_world_file_come_at_their_times() -> None:
-    driver = Driver(
+    client, _ = driver(
         TimedFault(3.0, Fault(FaultKind.LOW_BATTERY, volts=9.9)),
         TimedFault(5.0, Fault(FaultKind.LOW_BATTERY, on=False)),
     )
     volts = []
     for _ in range(65):
-        driver.hold(0, 0.1)
-        volts.append((driver.now, driver.reports[-1].battery))
-    assert {battery for now, battery in volts if now < 2.9} == {128}
+        client.hold(0, 0.1)
+        volts.append((client.now, client.last_report.battery))
+    assert {battery for now, battery in volts if 0.2 < now < 2.9} == {128}
     assert {battery for now, battery in volts if 3.2 < now < 4.9} == {99}
     assert {battery for now, battery in volts if now > 5.2} == {128}
 
@@ -262,28 +141,6 @@ def test_a_silent_head_neither_hears_nor_answers_at_either_port() -> None:
         assert parrot.heard == b"abc"
         simulation.advance(8.0)
         assert said(simulation, port, 9.0) == b"abc"
-
-
-def test_the_camera_gets_its_faults() -> None:
-    simulation = Simulation(WorldSetup(head=HeadSetup(kind="none")))
-    simulation.inject(Fault(FaultKind.CAMERA_FROZEN), 1.0)
-    simulation.inject(Fault(FaultKind.CAMERA_SILENT, seconds=1.0), 1.0)
-    assert simulation.camera_frozen
-    assert simulation.camera_silent
-    simulation.advance(2.5)
-    assert simulation.camera_frozen
-    assert not simulation.camera_silent
-
-
-def test_the_same_seed_gives_the_same_session_whatever_the_faults() -> None:
-    ends = []
-    for seed in (3, 3, 4):
-        driver = Driver(seed=seed)
-        driver.inject(FaultKind.CORRUPT, rate=0.02)
-        driver.hold(300, 5.0)
-        ends.append((driver.x, len(driver.reports), driver.decoder.skipped))
-    assert ends[0] == ends[1]
-    assert ends[0] != ends[2]
 
 
 def test_a_robot_that_would_stand_in_a_solid_is_refused() -> None:

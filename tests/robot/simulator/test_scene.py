@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, WORLDS, make_world
+from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, make_world
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, in_metres, make_scene
 
 
@@ -48,8 +48,3 @@ def test_own_solids_stand_where_they_are_put(
     if kind != "prism":
         low, high = made.vertices.min(axis=0), made.vertices.max(axis=0)
         assert (low + high)[:2] / 2 == pytest.approx(np.array([3.0, -1.0]))
-
-
-def test_every_named_world_can_be_shown_in_metres() -> None:
-    for name in WORLDS:
-        assert all(np.ptp(s.vertices) < 2.0 for s in make_scene(SceneSetup(world=name)).solids)

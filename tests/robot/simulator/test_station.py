@@ -10,11 +10,9 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import serial
@@ -29,7 +27,7 @@ from facetlog.robot.simulator.serving import web
 from facetlog.robot.simulator.serving.endpoints import PtyEndpoint
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.station import ActiveClient
-from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
+from facetlog.robot.simulator.world_file import HeadSetup, WorldSetup
 from tests.patience import allowed
 from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until
 
@@ -86,28 +84,6 @@ def test_a_client_drives_over_tcp_and_the_state_shows_it(running: Running) -> No
     assert set(state) >= {"schema", "at", "speed", "turning", "pan", "tilt", "zoom", "stalled"}
 
 
-@pytest.mark.slow
-def test_a_client_that_hangs_up_leaves_a_robot_that_stops_and_does_not_start_again(
-    running: Running,
-) -> None:
-    client, line = over_tcp(running)
-    with line:
-        client.connect()
-        client.write(make_integer_command(Command.VEL, 200).to_bytes())
-        client.next(0x33)
-    stopped = until(lambda: (s := running.state())["unattended"] and s["speed"] == 0 and s, "stop")
-    # The watchdog's two seconds, and 0.2 / 0.3 of them to stand; not 0.6 m of a runaway.
-    assert stopped["truth"]["x"] < 0.6
-    # The next client first listens, hears that a session is open, and closes it.
-    client, line = over_tcp(running)
-    with line:
-        client.next(0x32)
-        client.write(make_plain_command(Command.CLOSE).to_bytes())
-        until(lambda: not running.state()["session"], "the end of the session")
-        client.connect()
-        assert running.state()["truth"]["x"] == pytest.approx(stopped["truth"]["x"], abs=1e-6)
-
-
 def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
     running = Running(pty=True)
     try:
@@ -126,24 +102,6 @@ def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
             time.sleep(0.7)
             client.next(0x33)
             client.write(make_plain_command(Command.CLOSE).to_bytes())
-    finally:
-        running.close()
-
-
-def test_a_client_at_the_other_end_does_not_end_the_session_of_the_first() -> None:
-    patient = RobotSetup(model="p3dx", config={"watchdog_ms": 60_000})
-    running = Running(WorldSetup(camera=SMALL, robot=patient), pty=True)
-    try:
-        client, line = over_tcp(running)
-        with line, serial.Serial(running.station.addresses.pty, 9600, timeout=0.1) as other:
-            client.connect()
-            for command in (Command.STOP, Command.CLOSE):
-                other.write(make_plain_command(command).to_bytes())
-            other.flush()
-            time.sleep(0.1)
-            client.ask(make_integer_command(Command.CONFIG, 1), 0x20)
-            assert running.state()["session"]
-            assert other.read(100) == b""
     finally:
         running.close()
 
@@ -204,29 +162,14 @@ def test_a_head_with_a_port_of_its_own_is_reached_over_tcp_and_a_terminal() -> N
             running.close()
 
 
-def test_opencv_reads_the_stream_and_each_picture_is_another_exposure(running: Running) -> None:
-    stream = cv2.VideoCapture(running.station.addresses.camera)
-    try:
-        assert stream.isOpened()
-        pictures = []
-        for _ in range(5):
-            read, picture = stream.read()
-            assert read
-            assert picture.shape == (120, 160, 3)
-            pictures.append(picture)
-    finally:
-        stream.release()
-    assert not any(np.array_equal(a, b) for a, b in pairwise(pictures))
-
-
 def test_a_still_is_exposed_after_its_request(running: Running) -> None:
     before = running.picture()
     client, line = over_tcp(running)
     with line:
         client.connect()
-        client.write(make_integer_command(Command.SETRA, 300).to_bytes())
-        client.write(make_integer_command(Command.DHEAD, 40).to_bytes())
+        client.write(make_integer_command(Command.RVEL, 60).to_bytes())
         until(lambda: running.state()["truth"]["heading"] > 0.6, "the turn")
+        client.write(make_integer_command(Command.RVEL, 0).to_bytes())
         until(lambda: running.state()["turning"] == 0.0, "a stand")
         after = running.picture()
         again = running.picture()
@@ -283,9 +226,8 @@ def test_faults_are_ordered_over_http_and_wrong_orders_refused(running: Running)
         assert missing.value.code == 404
 
 
-@pytest.mark.parametrize("number", ["1e400", "-1e400", "NaN", "Infinity"])
-def test_a_number_that_is_none_is_refused_in_one_line(running: Running, number: str) -> None:
-    for name in ("seconds", "delay", "rate", "volts"):
+def test_a_number_that_is_none_is_refused_in_one_line(running: Running) -> None:
+    for name, number in (("seconds", "1e400"), ("delay", "NaN"), ("volts", "Infinity")):
         body = f'{{"kind": "frozen", "{name}": {number}}}'
         request = urllib.request.Request(  # noqa: S310 - loopback
             running.station.addresses.faults, data=body.encode()
@@ -308,9 +250,8 @@ def command(*arguments: str) -> "subprocess.Popen[str]":
     )
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.slow
-def test_the_command_prints_its_addresses_and_ends_cleanly(ending: signal.Signals) -> None:
+def test_the_command_prints_its_addresses_and_ends_cleanly() -> None:
     with command("--listen", ANYWHERE, "--pty", "--json", "--seed", "3") as process:
         assert process.stdout is not None
         told = json.loads(process.stdout.readline())
@@ -321,7 +262,7 @@ def test_the_command_prints_its_addresses_and_ends_cleanly(ending: signal.Signal
             assert json.loads(answer.read())["truth"]["x"] == 0.0
         with urllib.request.urlopen(told["camera"], timeout=allowed(LONG)) as stream:  # noqa: S310
             assert stream.read(10), "a picture is under way"
-            process.send_signal(ending)
+            process.send_signal(signal.SIGTERM)
             assert process.wait(allowed(LONG)) == 0
         assert process.stderr is not None
         assert process.stderr.read() == ""
@@ -337,12 +278,3 @@ def test_a_port_in_use_ends_the_command_with_one_line_and_3() -> None:
     assert error.splitlines() == [
         f"facetlog: {address} is in use: end what listens there, or give another --listen"
     ]
-
-
-def test_a_faulty_world_ends_the_command_with_one_line_and_2(tmp_path: Path) -> None:
-    world = tmp_path / "w.toml"
-    world.write_text("[robot]\nmodle = 'p2dx'\n")
-    with command("--listen", ANYWHERE, "--world", str(world)) as process:
-        _, error = process.communicate(timeout=allowed(LONG))
-    assert process.returncode == 2
-    assert error.splitlines() == [f"facetlog: {world}:2: robot.modle: there is no such key"]

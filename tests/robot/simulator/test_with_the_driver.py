@@ -7,11 +7,9 @@ from typing import Any
 
 import pytest
 
-from facetlog.robot.head.open_head import open_head
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.simulator.world_file import (
     ErrorSetup,
-    HeadSetup,
     RobotSetup,
     SceneSetup,
     WorldSetup,
@@ -55,7 +53,7 @@ def standing(running: Running) -> dict[str, Any]:
 def assert_odometry_agrees(robot: Pioneer, running: Running) -> None:
     """The driver's pose is that of the encoders, to the units of the wire."""
     told = standing(running)["odometry"]
-    stood = robot.last_state.at
+    stood = robot.state.at
     pose = robot.wait_for(lambda state: state.at > stood + 0.2, allowed(LONG)).pose
     # each report rounds to a unit; differences of rounded numbers do not add up their errors
     assert (pose.x, pose.y) == pytest.approx((told["x"], told["y"]), abs=2 * UNIT)
@@ -74,30 +72,3 @@ def test_the_drivers_pose_is_what_the_encoders_counted(running: Running, line: s
     assert not state["motors"]
     assert gone({"truth": {"x": 0.0, "y": 0.0}}, state) > 0.3
     assert state["truth"]["heading"] != pytest.approx(state["odometry"]["heading"], abs=2e-3)
-
-
-@pytest.mark.slow
-def test_sonars_that_nobody_looks_at_can_be_switched_off(running: Running) -> None:
-    with Pioneer.connect(running.station.addresses.robot) as robot:
-        robot.wait_for(lambda state: bool(state.sonars), allowed(LONG))
-        robot.switch_sonars(False)
-        switched = robot.last_state.at
-        later = robot.wait_for(lambda state: state.at > switched + 1.0, allowed(LONG))
-        # A report may have been on its way with what was measured before.
-        assert all(sonar.at < switched + 0.5 for sonar in later.sonars)
-
-
-@pytest.mark.slow
-def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
-    running = Running(WorldSetup(scene=FLOOR, head=HeadSetup(port="aux2"), camera=SMALL))
-    try:
-        with Pioneer.connect(running.station.addresses.robot) as robot:
-            head = open_head("sony-evi-d30", robot.aux(2))
-            head.start()
-            told = head.look(0.5, -0.3)
-            state = running.state()
-            assert (state["pan"], state["tilt"]) == pytest.approx((told.pan, told.tilt), abs=1e-6)
-            assert (told.pan, told.tilt) == pytest.approx((0.5, -0.3), abs=1.1e-3)
-            head.close()
-    finally:
-        running.close()

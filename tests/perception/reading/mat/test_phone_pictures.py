@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 import facetlog
 from facetlog.perception.reading.mat.mat_poses import PlacedPicture, mat_pictures
 from facetlog.perception.types import Camera, Pose
-from facetlog.robot.rendering.phone import Phone, phone_picture
 from facetlog.robot.rendering.solids import chair, cuboid, placed, table
 from facetlog.robot.rendering.texture import Pattern, Sheet, Texture
 from facetlog.robot.rendering.world import Floor, Solid, World
 from facetlog.robot.tour import ring_poses
 from tests.perception.reading.mat.mat_photos import A3, PX_PER_MM, sheet
+from tests.robot.phone import Phone, phone_picture
 
 SUN = np.array([0.5, -0.3, 1.2])
 WHITE = 230.0

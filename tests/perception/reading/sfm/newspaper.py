@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image
 
 from facetlog.perception.types import Camera, Pose
-from facetlog.robot.rendering.phone import Phone, phone_picture
 from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.rendering.texture import Pattern, Sheet, Texture
 from facetlog.robot.rendering.world import Floor, World
 from facetlog.robot.tour import ring_poses
+from tests.robot.phone import Phone, phone_picture
 
 CAMERA = Camera(480, 360, 450.0, 450.0, 241.0, 178.0)
 BOX = (0.18, 0.12, 0.1)

@@ -3,17 +3,15 @@
 import os
 import pty
 import socket
-import threading
 import time
 import tty
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.line import port as ports
-from facetlog.robot.pioneer.line.port import Port, SerialPort, TcpPort, open_port
+from facetlog.robot.pioneer.line.port import Port, SerialPort, open_port
 
 
 @pytest.fixture
@@ -56,38 +54,6 @@ def test_bytes_go_both_ways_over_tcp(server: socket.socket, form: str) -> None:
     port.close()
 
 
-def test_a_read_waits_no_longer_than_it_is_reported(server: socket.socket) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    try:
-        before = time.monotonic()
-        assert port.read(0.1) == b""
-        assert time.monotonic() - before >= 0.09
-        assert port.read(0.0) == b""
-    finally:
-        port.close()
-
-
-def test_a_server_that_hangs_up_is_said(server: socket.socket) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    server.accept()[0].close()
-    with pytest.raises(DeviceError, match="closed the connection; it may serve only one client"):
-        port.read(10.0)
-    port.close()
-
-
-def test_a_server_that_served_before_it_hangs_up_is_not_said_to_serve_others(
-    server: socket.socket,
-) -> None:
-    port = open_port("tcp:{}:{}".format(*server.getsockname()))
-    accepted = server.accept()[0]
-    accepted.sendall(b"report")
-    assert port.read(10.0) == b"report"
-    accepted.close()
-    with pytest.raises(DeviceError, match="what serves the robot there may have ended"):
-        port.read(10.0)
-    port.close()
-
-
 def test_a_server_that_takes_no_bytes_is_a_time_out(
     server: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,16 +90,6 @@ def test_bytes_go_both_ways_over_a_serial_line(terminal: tuple[int, str], form: 
     port.close()
 
 
-def test_a_serial_line_is_not_shared(terminal: tuple[int, str]) -> None:
-    port = SerialPort(terminal[1])
-    try:
-        with pytest.raises(DeviceError, match="another program has this port"):
-            SerialPort(terminal[1])
-    finally:
-        port.close()
-    SerialPort(terminal[1]).close()
-
-
 def test_an_adapter_that_is_pulled_out_is_said() -> None:
     other, line = pty.openpty()
     port = SerialPort(os.ttyname(line))
@@ -144,14 +100,6 @@ def test_an_adapter_that_is_pulled_out_is_said() -> None:
     with pytest.raises(DeviceError, match="serial line is gone"):
         port.write(b"\xfa")
     port.close()
-
-
-def test_a_missing_port_and_a_file_are_no_serial_lines(tmp_path: Path) -> None:
-    with pytest.raises(DeviceError, match="no such port"):
-        open_port(f"serial:{tmp_path}/ttyUSB7")
-    (tmp_path / "file").touch()
-    with pytest.raises(DeviceError, match="not a serial line"):
-        open_port(str(tmp_path / "file"))
 
 
 @pytest.mark.parametrize(
@@ -181,29 +129,3 @@ def test_the_default_port_is_the_one_of_simulators(monkeypatch: pytest.MonkeyPat
     open_port("tcp:robot")
     open_port("tcp:[::1]:8102")
     assert asked == [("robot", 8101), ("::1", 8102)]
-
-
-def test_one_thread_reads_while_another_writes(server: socket.socket) -> None:
-    port = TcpPort(*server.getsockname())
-    accepted, _ = server.accept()
-
-    def echo() -> None:
-        while data := accepted.recv(4096):
-            accepted.sendall(data)
-
-    echoing = threading.Thread(target=echo)
-    echoing.start()
-    sent = os.urandom(20_000)
-
-    def write() -> None:
-        for at in range(0, len(sent), 100):
-            port.write(sent[at : at + 100])
-
-    writing = threading.Thread(target=write)
-    writing.start()
-    got = read_exactly(port, len(sent))
-    writing.join()
-    port.close()
-    echoing.join()
-    accepted.close()
-    assert got == sent

@@ -2,7 +2,6 @@
 
 import os
 import pty
-import select
 import signal
 import socket
 import subprocess
@@ -202,17 +201,6 @@ def test_a_driver_that_is_killed_is_followed_by_stops_and_the_end_of_the_session
     assert robot.hears_nothing_more()
 
 
-@pytest.mark.parametrize("driver", [0.3], indirect=True)
-@pytest.mark.slow
-def test_a_driver_that_is_suspended_and_then_killed_leaves_a_robot_that_stands(
-    robot: Robot, driver: subprocess.Popen[bytes]
-) -> None:
-    driver.send_signal(signal.SIGSTOP)
-    robot.hears(STOP)
-    driver.kill()
-    robot.hears(OFF + BYE)
-
-
 @pytest.mark.slow
 def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
     robot: Robot,
@@ -225,29 +213,6 @@ def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
         robot.accept()
         robot.hears(BYE)
         assert process.stdin is not None  # closed now: the fork ends
-
-
-@pytest.mark.slow
-def test_on_a_serial_line_too_a_killed_driver_is_followed_by_stops() -> None:
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    arguments = [sys.executable, "-c", DRIVER, os.ttyname(slave), str(PATIENCE)]
-    heard = b""
-    try:
-        with subprocess.Popen(arguments, env=environment) as process:
-            deadline = time.monotonic() + PATIENCE
-            while not heard.endswith(OFF + BYE) and time.monotonic() < deadline:
-                if heard.endswith(b"<go>"):
-                    process.kill()
-                if select.select([master], [], [], 0.1)[0]:
-                    heard += os.read(master, 100)
-            process.kill()
-    finally:
-        os.close(master)
-        os.close(slave)
-    assert heard.startswith(b"<go>" + STOP)
-    assert heard.endswith(STOP + OFF + BYE)
 
 
 def test_a_serial_line_changes_its_rate_and_is_locked() -> None:
@@ -272,13 +237,6 @@ def test_signals_that_end_programs_do_not_end_the_owner(robot: Robot, line: Line
         os.kill(line.process, number)
     line.write(b"<still here>")
     robot.hears(b"<still here>")
-
-
-def test_an_owner_that_is_killed_is_said(robot: Robot, line: LineProcess) -> None:
-    os.kill(line.process, signal.SIGKILL)
-    assert "has ended" in str(raised(line))
-    with pytest.raises(DeviceError, match="has ended"):
-        line.write(b"<go>")
 
 
 @pytest.mark.slow

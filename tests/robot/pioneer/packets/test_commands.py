@@ -10,7 +10,6 @@ from facetlog.robot.pioneer.packets.commands import (
     make_integer_command,
     make_plain_command,
     make_text_command,
-    make_wheels_command,
     name_command,
     read_argument,
 )
@@ -27,36 +26,11 @@ def test_texts_come_back_zeros_and_all(text: bytes) -> None:
     assert read_argument(make_text_command(Command.TTY2, text)) == text
 
 
-def test_no_command_exceeds_what_the_oldest_firmware_takes() -> None:
-    longest = make_text_command(Command.TTY2, bytes(LARGEST_TEXT)).to_bytes()
-    assert longest[2] <= 200
-
-
-def test_an_older_text_ends_with_a_zero() -> None:
-    assert read_argument(Packet(Command.SAY, b"\x2bab\x00")) == b"ab"
-
-
-def test_a_command_without_argument_has_none() -> None:
-    assert read_argument(make_plain_command(Command.PULSE)) is None
-
-
-@given(st.integers(-128, 127), st.integers(-128, 127))
-def test_wheels_are_two_signed_bytes_the_right_one_first(left: int, right: int) -> None:
-    payload = make_wheels_command(left, right).payload
-    assert payload == bytes([0x3B, right % 256, left % 256])
-
-
-@pytest.mark.parametrize("value", [65536, -65536])
-def test_an_integer_beyond_16_bits_is_refused(value: int) -> None:
-    with pytest.raises(ValueError, match="16 bits"):
-        make_integer_command(Command.VEL, value)
-
-
-def test_a_text_or_a_wheel_beyond_its_room_is_refused() -> None:
+def test_a_text_or_a_number_beyond_its_room_is_refused() -> None:
     with pytest.raises(ValueError, match="more than a command holds"):
         make_text_command(Command.TTY2, bytes(LARGEST_TEXT + 1))
-    with pytest.raises(ValueError, match="not within"):
-        make_wheels_command(128, 0)
+    with pytest.raises(ValueError, match="16 bits"):
+        make_integer_command(Command.VEL, 65536)
 
 
 @given(st.binary(max_size=252))

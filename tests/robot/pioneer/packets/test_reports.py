@@ -10,8 +10,6 @@ from facetlog.robot.pioneer.packets.packet import Packet, PacketError
 from facetlog.robot.pioneer.packets.reports import (
     LAYOUT,
     Configuration,
-    Encoders,
-    InputsOutputs,
     Names,
     TruePose,
 )
@@ -19,7 +17,6 @@ from facetlog.robot.pioneer.parameters import MODELS, parameters_of
 from facetlog.robot.pose2 import Pose2
 
 WORDS = st.text("abcdefgh-0123", max_size=10)
-INT32 = st.integers(-(2**31), 2**31 - 1)
 
 
 @given(WORDS, WORDS, WORDS)
@@ -28,29 +25,7 @@ def test_names_come_back(name: str, kind: str, subclass: str) -> None:
     assert Names.from_packet(names.to_packet()) == names
 
 
-def test_the_names_of_a_simulator_are_read() -> None:
-    packet = Packet(2, b"AMRISim\0Pioneer\0p3dx\0")
-    assert Names.from_packet(packet) == Names("AMRISim", "Pioneer", "p3dx")
-
-
-@given(INT32, INT32)
-def test_encoders_come_back(left: int, right: int) -> None:
-    assert Encoders.from_packet(Encoders(left, right).to_packet()) == Encoders(left, right)
-
-
-@given(
-    st.binary(max_size=8),
-    st.binary(max_size=8),
-    st.lists(st.integers(0, 65535), max_size=8).map(tuple),
-)
-def test_inputs_and_outputs_come_back(
-    digital_in: bytes, digital_out: bytes, analog: tuple[int, ...]
-) -> None:
-    values = InputsOutputs(digital_in, digital_out, analog)
-    assert InputsOutputs.from_packet(values.to_packet()) == values
-
-
-@pytest.mark.parametrize("reader", [Encoders, InputsOutputs, Configuration, TruePose])
+@pytest.mark.parametrize("reader", [Configuration, TruePose])
 @given(payload=st.binary(max_size=252))
 def test_any_payload_is_read_or_a_packet_error(reader: type, payload: bytes) -> None:
     try:
@@ -97,8 +72,8 @@ def test_models_are_found_in_any_case_and_keep_their_figures() -> None:
     assert parameters_of(" P3DX ").distance == pytest.approx(0.485e-3)
     assert parameters_of("p2dx").angle == 2 * math.pi / 4096
     assert parameters_of("pion1m").angle == 2 * math.pi / 1024
-    assert {p.position_bits for p in MODELS.values() if p.has_move} == {12}
-    assert {p.position_bits for p in MODELS.values() if not p.has_move} == {15}
+    assert MODELS["p3dx"].position_bits == 12
+    assert MODELS["pionat"].position_bits == 15
     with pytest.raises(KeyError):
         parameters_of("roomba")
 

@@ -59,13 +59,6 @@ def test_bytes_go_out_at_once_and_come_back_on_request(
     assert answers(client.wait(0.05)) == [Packet(kind, b"\x81\x00\x09\xff")]
 
 
-def test_asking_before_sending_works_as_well() -> None:
-    client, _ = with_parrot()
-    client.command(Command.GETAUX, 3)
-    client.say(make_text_command(Command.TTY2, b"abc"))
-    assert answers(client.wait(0.05)) == [Packet(0xB0, b"abc")]
-
-
 def test_an_answer_comes_in_chunks_and_only_once_each_is_complete() -> None:
     client, _ = with_parrot()
     client.command(Command.GETAUX, 6)
@@ -75,13 +68,6 @@ def test_an_answer_comes_in_chunks_and_only_once_each_is_complete() -> None:
     assert answers(client.wait(0.5)) == []
     client.say(make_text_command(Command.TTY2, b"k"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"ghijk")]
-
-
-def test_getaux_arms_one_answer_only() -> None:
-    client, _ = with_parrot()
-    client.command(Command.GETAUX, 2)
-    client.say(make_text_command(Command.TTY2, b"abcd"))
-    assert len(answers(client.wait(1.0))) == 1
 
 
 def test_getaux_0_clears_the_buffer_and_the_request() -> None:
@@ -94,40 +80,6 @@ def test_getaux_0_clears_the_buffer_and_the_request() -> None:
     assert answers(client.wait(0.2)) == []
     client.command(Command.GETAUX, 3)
     assert answers(client.wait(0.2)) == [Packet(0xB0, b"new")]
-
-
-def test_reports_come_between_while_an_answer_is_waited_for() -> None:
-    client, _ = with_parrot()
-    client.command(Command.GETAUX, 3)
-    assert [packet.kind for packet in client.wait(0.5)] == [0x32] * 5
-
-
-def test_at_another_speed_the_device_is_not_understood() -> None:
-    client, parrot = with_parrot()
-    client.command(Command.AUX1BAUD, 2)
-    client.command(Command.GETAUX, 3)
-    client.say(make_text_command(Command.TTY2, b"abc"))
-    assert answers(client.wait(0.2)) == []
-    assert parrot.heard == b""
-    client.command(Command.AUX1BAUD, 0)
-    client.say(make_text_command(Command.TTY2, b"abc"))
-    assert answers(client.wait(0.2)) == [Packet(0xB0, b"abc")]
-
-
-def test_a_silent_device_neither_hears_nor_answers() -> None:
-    client, parrot = with_parrot()
-    client.firmware.ports[0].silent = True
-    client.command(Command.GETAUX, 3)
-    client.say(make_text_command(Command.TTY2, b"abc"))
-    assert answers(client.wait(1.0)) == []
-    assert parrot.heard == b""
-
-
-def test_a_port_without_a_device_says_nothing() -> None:
-    client, _ = with_parrot()
-    client.command(Command.GETAUX2, 1)
-    client.say(make_text_command(Command.TTY3, b"a"))
-    assert answers(client.wait(1.0)) == []
 
 
 def test_the_buffer_of_a_port_is_finite_and_large_requests_are_cut() -> None:

@@ -12,14 +12,18 @@ from facetlog.robot.head.canon import (
     CanonCommand,
     CanonError,
     CanonModel,
+    encode_angle,
     encode_command,
-    encode_tilt_range,
-    hexadecimal,
     move,
     parse_answer,
     position_of,
 )
 from facetlog.robot.simulator.heads.canon import MIDDLE_S, SWITCHING_S, CanonHead
+
+
+def encode_tilt_range(lowest: int, highest: int) -> bytes:
+    return encode_command(CanonCommand.RANGE, b"1" + encode_angle(lowest) + encode_angle(highest))
+
 
 OK, BUSY, WRONG, MODE = (f"FE 30 30 {error} 30 EF" for error in ("30", "31", "35", "39"))
 CONTROL, POWER_ON, POWER_OFF = "FF303000 90 30 EF", "FF303000 A0 31 EF", "FF303000 A0 30 EF"
@@ -79,27 +83,6 @@ def test_while_it_moves_it_takes_no_move_and_says_so() -> None:
     assert talk.ask(move(0, 0)) == OK
 
 
-def test_it_moves_at_the_speed_that_was_set() -> None:
-    talk = ready()
-    assert talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(100, 3))) == OK
-    talk.ask(move(-800, 0))
-    sent = talk.now - SOON
-    talk.now = sent + 3.0
-    assert math.degrees(talk.head.angles(talk.now)[0]) == pytest.approx(300 * 0.1125)
-    # A new speed holds for the move under way (manual, page 27).
-    talk.ask(encode_command(CanonCommand.PAN_SPEED, hexadecimal(800, 3)))
-    talk.now += 0.7
-    assert talk.place() == (-800, 0)
-
-
-@pytest.mark.parametrize("model", [VC_C4, VC_C50I])
-def test_nothing_moves_before_the_line_has_the_control(model: CanonModel) -> None:
-    talk = Talk(CanonHead(model, powered=True))
-    assert talk.ask(move(100, 0)) == MODE
-    assert talk.ask(WHERE) == MODE
-    assert talk.ask(INITIALIZE) == MODE
-
-
 def test_a_c50i_is_switched_on_and_homes_only_when_commanded() -> None:
     talk = Talk(CanonHead(VC_C50I))
     assert talk.ask(POWER_ON) == MODE
@@ -114,33 +97,6 @@ def test_a_c50i_is_switched_on_and_homes_only_when_commanded() -> None:
     assert talk.ask(move(0, 0)) == BUSY
     talk.now += MIDDLE_S
     assert talk.place() == (0, 0)
-
-
-def test_a_c4_obeys_the_order_of_p2os() -> None:
-    talk = Talk()
-    assert talk.ask(POWER_ON) == OK
-    while (answer := talk.ask(CONTROL)) == BUSY:
-        pass
-    assert answer == OK
-    assert SWITCHING_S <= talk.now - 10 < SWITCHING_S + 1
-    assert talk.ask(INITIALIZE) == OK
-    for _ in range(3):
-        assert talk.ask(encode_tilt_range(-267, 782)) == OK
-    while (answer := talk.ask(move(0, 0))) == BUSY:
-        pass
-    assert answer == OK
-
-
-def test_a_c4_obeys_the_order_of_player() -> None:
-    talk = Talk()
-    for frame in (POWER_OFF, POWER_ON, CONTROL):
-        talk.now += 5
-        assert talk.ask(frame) == OK
-    assert talk.place() == (0, 0)
-    assert talk.ask(encode_tilt_range(-267, 782)) == OK
-    assert talk.ask(move(-100, 300)) == OK
-    # The old coarse zoom: two digits.
-    assert talk.ask("FF303000 A4 EF") == "FE 30 30 30 30 30 30 EF"
 
 
 @pytest.mark.parametrize("model", [VC_C4, VC_C50I])
@@ -166,27 +122,17 @@ def test_it_obeys_the_order_of_aria_which_homes_twice(model: CanonModel) -> None
     assert talk.ask(move(-100, 300)) == OK
 
 
-def test_a_c4_does_not_tilt_far_up_before_its_range_is_set() -> None:
-    talk = ready()
-    assert talk.ask(move(0, 600)) == WRONG
-    assert talk.ask(encode_tilt_range(-267, 782)) == OK
-    assert talk.ask(move(0, 600)) == OK
-
-
 @pytest.mark.parametrize(
     "frame",
     [
         move(876, 0),
         move(0, -268),
         encode_command(CanonCommand.MOVE, b"8000"),
-        encode_command(CanonCommand.MOVE, b"8000 000"),
         encode_command(CanonCommand.PAN_SPEED, b"007"),
-        encode_command(CanonCommand.PAN_SPEED, b"321"),
         encode_command(CanonCommand.ZOOM, b"07A9"),
         encode_command(CanonCommand.ZOOM_REQUEST, b"1"),
         encode_command(CanonCommand.RANGE, b"180007F00"),
         encode_command(CanonCommand.INITIALIZE, b"7"),
-        encode_command(CanonCommand.DRIVE),
         bytes.fromhex("FF303000 44 EF"),
     ],
 )
@@ -196,90 +142,12 @@ def test_what_it_cannot_do_is_a_parameter_error(frame: bytes) -> None:
     assert talk.place() == (0, 0)
 
 
-def test_it_reports_its_limits_and_settings() -> None:
-    talk = ready(VC_C50I)
-    limits = {b"0": b"7C87", b"1": b"8379", b"2": b"7EF5", b"3": b"8320"}
-    for which, expected in limits.items():
-        said = talk.ask(encode_command(CanonCommand.ANGLE_LIMIT_REQUEST, which))
-        assert parse_answer(bytes.fromhex(said)).data == expected
-    speeds = {b"0": b"008", b"1": b"320", b"2": b"008", b"3": b"26E"}
-    for which, expected in speeds.items():
-        said = talk.ask(encode_command(CanonCommand.SPEED_LIMIT_REQUEST, which))
-        assert parse_answer(bytes.fromhex(said)).data == expected
-    talk.ask(encode_command(CanonCommand.TILT_SPEED, b"15E"))
-    said = talk.ask(encode_command(CanonCommand.SPEED_REQUEST, b"1"))
-    assert parse_answer(bytes.fromhex(said)).data == b"15E"
-    said = talk.ask(encode_command(CanonCommand.RANGE_REQUEST, b"1"))
-    assert parse_answer(bytes.fromhex(said)).data == b"7EF58320"
-
-
-def test_the_zoom_runs_beside_the_head() -> None:
-    talk = ready()
-    assert talk.ask(move(875, 0)) == OK
-    assert talk.ask("FF303000 B3 30 37 41 38 EF") == OK
-    assert talk.ask("FF303000 B3 30 30 30 30 EF") == BUSY
-    talk.now += 3.0
-    assert talk.ask("FF303000 B4 30 EF") == "FE 30 30 30 30 30 37 41 38 EF"
-    assert talk.ask("FF303000 B4 33 EF") == "FE 30 30 30 30 30 37 41 38 EF"
-    assert talk.ask("FF303000 A2 31 EF") == OK
-    talk.now += 1.0
-    assert talk.ask("FF303000 A2 30 EF") == OK
-    assert 0 < talk.head.angles(talk.now)[2] < 1960
-
-
-def test_a_drive_ends_at_the_limit() -> None:
-    talk = ready()
-    assert talk.ask("FF303000 53 32 EF") == OK
-    talk.now += 10
-    assert talk.place() == (-875, 0)
-    assert talk.ask("FF303000 53 34 EF") == OK
-    talk.now += 10
-    assert talk.place() == (-875, -267)
-    assert talk.ask("FF303000 57 EF") == OK
-    talk.now += 10
-    assert talk.place() == (0, 0)
-
-
-def test_without_the_cts_line_it_obeys_and_is_silent() -> None:
-    talk = Talk(CanonHead(answers=False, powered=True))
-    assert talk.ask(CONTROL) == ""
-    assert talk.ask(move(-800, 0)) == ""
-    talk.now += 2
-    assert math.degrees(talk.head.angles(talk.now)[0]) == pytest.approx(90)
-
-
-def test_a_command_that_comes_before_the_answer_to_the_last_is_lost() -> None:
-    talk = ready()
-    assert talk.ask(move(-80, 0) + move(-800, 0)) == OK
-    talk.now += 2
-    assert talk.place() == (-80, 0)
-
-
 def test_it_is_silent_to_what_is_not_for_it_and_hears_what_comes_after() -> None:
     talk = ready()
     assert talk.ask("FF 30 31 00 63 EF") == ""
     assert talk.ask("00 EF EF 12") == ""
     assert talk.ask("FF 30 30 00 B4 30") == ""
     assert talk.ask(WHERE) == "FE 30 30 30 30 38 30 30 30 38 30 30 30 EF"
-
-
-def test_the_extras_that_aria_sets_are_taken() -> None:
-    talk = ready()
-    for frame in ("FF303000 A1 30 EF", "FF303000 8E 32 EF", "FF303000 B5 31 EF"):
-        assert talk.ask(frame) == OK
-
-
-def test_switched_off_it_stops_and_needs_its_middle_again() -> None:
-    talk = ready(VC_C50I)
-    talk.ask(move(800, 0))
-    assert talk.ask(POWER_OFF) == OK
-    stopped = talk.head.angles(talk.now)
-    talk.now += SWITCHING_S
-    assert talk.head.angles(talk.now) == stopped
-    assert talk.ask(WHERE) == MODE
-    assert talk.ask(POWER_ON) == OK
-    talk.now += SWITCHING_S
-    assert talk.ask(WHERE) == MODE
 
 
 digits = st.text("0123456789ABCDEF", max_size=9).map(str.encode)

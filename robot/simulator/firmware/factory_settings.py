@@ -1,18 +1,11 @@
-"""Which firmware a model runs, and what follows from that: its defaults and how long its SIP is.
-
-PSOS (Pioneer 1), P2OS (Pioneer 2, from 1999), AROS (their second controller), ARCOS (the third).
-"""
+"""The settings of a simulated robot as it leaves the factory, by its model and firmware."""
 
 import math
-from enum import IntEnum
 
 from facetlog.robot.pioneer.packets.reports import AUTOBAUD, SIMULATOR, Configuration
 from facetlog.robot.pioneer.parameters import Parameters
 
 ROBOT_CLASS = "Pioneer"
-# The robots whose controller was exchanged for the one that AROS was written for.
-AROS_MODELS = frozenset({"p2d8", "p2at8", "p3dx", "p3at"})
-ARCOS_SUFFIX = "-sh"
 # Fields behind the sonar readings that each generation sends (manuals of 1999, of H8 and of
 # Pioneer 3): down to the digital outputs, to the state of the charger, to the faults.
 TAIL_LENGTHS = (4, 4, 6, 8)
@@ -27,41 +20,9 @@ TICKS_MM = 128
 FIRMWARE = ("1.0", "1.K", "2.6", "2.9")
 
 
-class Generation(IntEnum):
-    """Firmware of the family, in the order in which it came."""
-
-    PSOS = 0
-    P2OS = 1
-    AROS = 2
-    ARCOS = 3
-
-    @property
-    def reports_motors(self) -> bool:
-        """Whether its flags include motors and stop button; before, a pulse width stood there."""
-        return self >= Generation.AROS
-
-
-def find_generation(model: str) -> Generation:
-    """The firmware that a model is sold with.
-
-    >>> find_generation("p2dx").name, find_generation("p3dx-sh").name
-    ('P2OS', 'ARCOS')
-    """
-    if model.endswith(ARCOS_SUFFIX):
-        return Generation.ARCOS
-    if model in AROS_MODELS:
-        return Generation.AROS
-    return Generation.P2OS if model.startswith("p2") else Generation.PSOS
-
-
-def count_tail_fields(generation: Generation) -> int:
-    """Return how many fields follow the sonar readings in a SIP."""
-    return TAIL_LENGTHS[generation]
-
-
 def make_default_configuration(parameters: Parameters, name: str) -> Configuration:
     """Return the CONFIG report of this model with its default settings."""
-    generation = find_generation(parameters.name)
+    generation = parameters.generation
     speed_top = min(SPEED_TOP, round(1e3 * parameters.speed_top))
     turning_top = min(TURNING_TOP, round(math.degrees(parameters.turning_top)))
     sonars = len(parameters.sonars)
