@@ -16,7 +16,6 @@ TEMPLATE = Path(__file__).with_name("headlines.md")
 # A row of the template: what | text with {columns} | benchmark; table; column = value; …
 ROW = re.compile(r"^\| (.+) \| (.*\{.+) \| (\w+); (.+) \|$", re.MULTILINE)
 CELL = re.compile(r"\{(.+?)(:%)?\}")
-MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 
 
 def headline_page(reports: Reports, template: str | None = None) -> str:

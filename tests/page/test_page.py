@@ -20,7 +20,6 @@ from playwright.sync_api import sync_playwright
 from scipy.spatial.transform import Rotation
 
 import facetlog
-from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.recognize import judged_scene
 from facetlog.page.contents import Answers, Subject, contents
@@ -91,26 +90,6 @@ def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
     assert shown["answer"].startswith("t1 is a table")
 
 
-def test_a_line_lights_up_what_it_names_and_runs_of_names(table: Recognised) -> None:
-    shown = contents(_subject(table))
-    (parts,) = (line for line in shown["best"][0]["lines"] if line["text"].startswith("parts:"))
-    named = {face for part in table.recognition.best[0].parts for face in part.faces}
-    assert set(parts["names"].split()) == named
-    steps = [s for c in shown["best"][0]["conditions"] for s in c["steps"]]
-    assert any(re.fullmatch(r"f\d+", step["names"]) for step in steps)
-
-
-def test_the_steps_of_a_proof_stand_below_what_rests_on_them(table: Recognised) -> None:
-    shown = contents(_subject(table))
-    trees = [c["steps"] for v in (*shown["best"], *shown["others"]) for c in v["conditions"]]
-
-    def depth(steps: list[dict[str, object]]) -> int:
-        inner = (step["steps"] for step in steps)
-        return 1 + max((depth(each) for each in inner if isinstance(each, list)), default=-1)
-
-    assert max(depth(tree) for tree in trees if tree) >= 1
-
-
 def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised) -> None:
     first, second = contents(_subject(table))["pictures"]
     data = np.frombuffer(base64.b64decode(first["data"]), dtype=np.uint8)
@@ -128,18 +107,6 @@ def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised)
 def _corners(path: str) -> FloatArray:
     found = [xy.split(",") for xy in re.findall(r"[\d.-]+,[\d.-]+", path)]
     return np.array(found, dtype=np.float64)
-
-
-def test_the_page_needs_no_other_file_and_no_network(text: str) -> None:
-    assert len(text.encode()) < MOST_BYTES
-    assert not re.search(r'(src|href)="(?!data:)', text)
-    assert "<link" not in text
-
-
-def test_three_dimensions_hold_faces_pieces_and_cameras(table: Recognised) -> None:
-    shown = contents(_subject(table))
-    assert [letter for letter, _, _ in shown["kinds"]] == ["f", "p", "v", "view"]
-    assert {"f1", "p1", "v1", "view1", "view2"} <= _nodes(shown["model_view"])
 
 
 def test_edges_that_bound_no_face_can_be_lit_up_everywhere(table: Recognised) -> None:
@@ -176,33 +143,6 @@ def test_pieces_and_rims_of_faces_that_a_line_names_light_up_everywhere(
     assert '<path class="piece board" data-name="p1"' in text
     colours = (COLOURS[kind] for kind in Kind)
     assert all(f"rgb({red} {green} {blue})" in text for red, green, blue in colours)
-
-
-def test_a_run_says_of_what_is_open_why_and_from_where_to_look() -> None:
-    whole = build("cuboid", {})
-    one_face = replace(whole, faces=whole.faces[:1], edges=(), bodies=())
-    shown = contents(_subject(_run(one_face)))
-    said = [line["text"] for verdict in shown["others"] for line in verdict["unseen"]]
-    assert said
-    assert all(line.startswith("unseen: ") for line in said)
-    seen = contents(_subject(_run(whole)))
-    assert all(verdict["unseen"] == [] for verdict in seen["others"])
-
-
-def test_how_much_larger_ellipsoids_are_than_vertices_are_sure_is_said(table: Recognised) -> None:
-    def with_sd(sd: float) -> Scene:
-        cov = sd**2 * np.eye(3)
-        return replace(
-            table.scene, vertices=tuple(replace(v, cov=cov) for v in table.scene.vertices)
-        )
-
-    def said(scene: Scene) -> list[str]:
-        kinds = contents(Subject(scene, ShownPieces((), ())))["kinds"]
-        return [called for letter, called, _ in kinds if letter == "v"]
-
-    assert said(with_sd(0.1)) == ["uncertainty of vertices (2 sd)"]
-    assert said(with_sd(0.001)) == ["uncertainty of vertices (2 sd, × 10)"]
-    assert said(with_sd(0.0)) == []
 
 
 def test_an_ellipsoid_is_two_standard_deviations_along_each_of_its_axes() -> None:
@@ -315,17 +255,6 @@ def test_only_names_that_the_scene_has_light_up(table: Recognised) -> None:
     assert [cell["text"] for (cell,) in shown["answers"]["rows"]] == [*cells]
 
 
-def test_one_verdict_that_fails_is_open_and_the_title(table: Recognised) -> None:
-    chair = next(v for v in table.recognition.verdicts if v.model == "chair")
-    text = page(Subject(table.scene, shown_pieces(table.scene), others=(chair,)))
-    assert "<h1>t1 is no chair" in text
-    assert '<details class="verdict fails" open>' in text
-
-
-def test_the_scene_in_three_dimensions_can_do_nothing_but_show(text: str) -> None:
-    assert re.findall(r"<iframe[^>]*?sandbox=\"([^\"]*)\"", text) == ["allow-scripts"]
-
-
 def test_no_script_runs_but_those_of_the_page_and_its_frame(text: str) -> None:
     (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
     (allowed,) = re.findall(r"script-src ([^;]*)", policy)
@@ -415,27 +344,6 @@ def test_nothing_serious_keeps_anybody_from_reading_the_page(
 
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
-def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
-    text: str, tmp_path: Path
-) -> None:
-    clicks = """<script>
-      addEventListener("message", (event) => {
-        if (!event.data.ready) return;
-        document.querySelector(".line").click();
-        document.querySelector(".picture").click();
-        document.title = "clicked";
-      });
-    </script></body>"""
-    # The 3-D view says that it is ready.
-    clicked = text.replace("</body>\n</html>", f"{clicks}</html>")
-    shown = _in_browser(clicked, tmp_path, "document.title === 'clicked'")
-    assert 'class="face on"' in shown
-    assert re.search(r"<dialog[^>]* open", shown)
-    assert "Lit: f" in shown
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
 def test_a_page_obeys_its_policy_works_and_is_no_wider_than_its_window(
     table: Recognised, tmp_path: Path
 ) -> None:
@@ -506,49 +414,6 @@ def test_names_and_ellipsoids_are_there_for_what_is_shown_and_is_not_hidden(
 
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
-def test_buttons_turn_up_and_down_about_what_is_across_for_whoever_looks(
-    text: str, tmp_path: Path
-) -> None:
-    path = tmp_path / "page.html"
-    path.write_text(text, encoding="utf-8")
-    with sync_playwright() as tools:
-        browser = tools.chromium.launch(
-            executable_path=BROWSER, args=["--no-sandbox", *SOFTWARE_3D]
-        )
-        shown = browser.new_page()
-        shown.goto(path.as_uri(), timeout=1000 * PATIENCE)
-        view = shown.frames[1]
-        place = "camera.position.clone().sub(controls.target).toArray()"
-
-        def after(turn: str) -> FloatArray:
-            before = view.evaluate(place)
-            shown.click(f"[data-turn={turn}]")
-            moved = f"() => {{ const now = {place}; return now[0] !== {before[0]!r}"
-            moved += f" || now[1] !== {before[1]!r} ? now : null; }}"
-            found = view.wait_for_function(moved, timeout=1000 * PATIENCE).json_value()
-            return np.array(found, dtype=np.float64)
-
-        view.wait_for_function("() => document.querySelector('.name')", timeout=1000 * PATIENCE)
-        for _ in range(5):  # a quarter round, where the world's x lies along the line of sight
-            side = after("right")
-        across = np.array(
-            view.evaluate("new THREE.Vector3(1, 0, 0).applyQuaternion(camera.quaternion).toArray()")
-        )
-        up = after("up")
-        assert up @ across == pytest.approx(side @ across, abs=1e-6)  # not sideways
-        assert up[1] > side[1]
-        assert np.linalg.norm(up) == pytest.approx(np.linalg.norm(side))
-        for _ in range(8):  # over the pole, in steps of the same size
-            before, up = up, after("up")
-            cosine = before @ up / (np.linalg.norm(before) * np.linalg.norm(up))
-            assert np.arccos(cosine) == pytest.approx(0.3, abs=1e-3)
-            assert up @ across == pytest.approx(side @ across, abs=1e-6)
-        shown.screenshot(path=tmp_path / "turned.png")
-        browser.close()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
 def test_a_browser_that_has_no_webgl_is_told_so(text: str, tmp_path: Path) -> None:
     until = "document.querySelector('#without-3d')"
     shown = _in_browser(text, tmp_path, until, graphics=("--disable-3d-apis",))
@@ -576,20 +441,3 @@ def test_a_page_that_listens_only_after_its_3d_view_spoke_asks_it_again(
     text += '<script type="text/plain" id="late">' + script
     until = "document.querySelector('#without-3d')"
     assert "it has no WebGL" in _in_browser(text, tmp_path, until, graphics=("--disable-3d-apis",))
-
-
-def test_what_is_expected_in_vain_is_marked_as_on_the_command_line() -> None:
-    small = _run(build("chair", {"width": 0.13, "depth": 0.13, "seat": 0.13, "height": 0.27}))
-    (chair,) = contents(_subject(small))["best"]
-    marks = {c["label"]: c["mark"] for c in chair["conditions"]}
-    assert marks["usual"] == "~"
-    assert {mark for label, mark in marks.items() if label != "usual"} == {"+"}
-
-
-def test_what_is_open_is_said_as_such() -> None:
-    whole = build("cuboid", {})
-    one_face = replace(whole, faces=whole.faces[:1], edges=(), bodies=())
-    run = _run(one_face)
-    states = {v["state"] for v in contents(_subject(run))["others"]}
-    assert "open" in states
-    assert State.UNKNOWN in {v.state for v in run.recognition.verdicts}

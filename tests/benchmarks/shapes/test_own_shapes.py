@@ -1,7 +1,5 @@
 """Our own shapes are what their labels say: boxes closed and thick enough, the same by seed."""
 
-from collections import Counter
-
 import numpy as np
 import pytest
 import trimesh
@@ -19,14 +17,6 @@ def upright(seed: int) -> FloatArray:
     own = own_shape(seed)
     across = np.linalg.svd(own.up[None, :])[2][1:]
     return np.asarray(own.vertices @ np.vstack([across, own.up]).T)
-
-
-def test_two_hundred_shapes_have_eighty_boxes_and_all_four_answers() -> None:
-    labels = Counter(KINDS[seed % len(KINDS)][1] for seed in range(OWN_SHAPES))
-    assert labels["box"] == 80
-    assert labels["table"] >= 24
-    assert labels["chair"] >= 24
-    assert sum(n for label, n in labels.items() if label not in ("box", "table", "chair")) >= 60
 
 
 def test_a_seed_gives_the_same_shape_and_others_another() -> None:
@@ -55,15 +45,6 @@ def test_box_fills_its_least_box_and_is_no_board(name: str) -> None:
     sides = sorted(trimesh.bounds.oriented_bounds(hull)[1])
     assert sides[0] >= LEAST_SIDE * sides[2]
     assert hull.volume >= (1.0 - 4.0 * DETAIL) * np.prod(sides)
-
-
-def test_boards_are_thinner_than_a_box_may_be() -> None:
-    boards = [s for s in range(OWN_SHAPES) if KINDS[s % len(KINDS)][1] == "board_or_door"]
-    for seed in boards:
-        own = own_shape(seed)
-        hull = trimesh.convex.convex_hull(own.vertices)
-        sides = sorted(trimesh.bounds.oriented_bounds(hull)[1])
-        assert sides[0] < LEAST_SIDE * sides[2]
 
 
 @pytest.mark.parametrize("label", ["table", "chair", "shelf", "cabinet_on_legs", "stairs"])
