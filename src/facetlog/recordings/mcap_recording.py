@@ -170,7 +170,6 @@ class McapRecording:
                         linear=self._ros.vector(speed[0], 0.0, 0.0),
                         angular=self._ros.vector(0.0, 0.0, speed[1]),
                     ),
-                    covariance=np.zeros(36),
                 ),
             )
 
@@ -191,8 +190,6 @@ class McapRecording:
             header=self._ros.header(at, BASE),
             name=JOINTS,
             position=np.array([view.pan, view.tilt]),
-            velocity=np.zeros(0),
-            effort=np.zeros(0),
         )
         self._write("/camera/camera_info", at, **self._camera_info(at, moment.optics))
         self._write(
@@ -221,7 +218,7 @@ class McapRecording:
             self._write("/facetlog/verdicts", at, markers=self._verdicts(at))
 
     def _faces(self, at: float) -> list[Any]:
-        markers = [self._ros.cleared(at)]
+        markers = [self._ros.clear_markers(at)]
         if self._scene is None:
             return markers
         for number, (face, loop) in enumerate(face_loops(self._scene)):
@@ -234,7 +231,7 @@ class McapRecording:
         return markers
 
     def _verdicts(self, at: float) -> list[Any]:
-        markers = [self._ros.cleared(at)]
+        markers = [self._ros.clear_markers(at)]
         if self._scene is None or self._recognition is None:
             return markers
         kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
@@ -246,7 +243,7 @@ class McapRecording:
 
     def _candidates(self, moment: Moment) -> list[Any]:
         """A ball where each view would be taken, the larger the more it promised a second."""
-        at, markers = moment.taken.time, [self._ros.cleared(moment.taken.time)]
+        at, markers = moment.taken.time, [self._ros.clear_markers(moment.taken.time)]
         for number, each in enumerate(moment.candidates):
             colour, size = CHOSEN if each.is_chosen else IMPLIED, 2 * each.radius
             markers.append(
@@ -275,16 +272,6 @@ class McapRecording:
             "k": k.ravel(),
             "r": np.eye(3).ravel(),
             "p": np.column_stack([k, np.zeros(3)]).ravel(),
-            "binning_x": 0,
-            "binning_y": 0,
-            "roi": self._ros.make(
-                "sensor_msgs/msg/RegionOfInterest",
-                x_offset=0,
-                y_offset=0,
-                height=0,
-                width=0,
-                do_rectify=False,
-            ),
         }
 
     def _robot_frames(self, at: float, start: Pose2, here: Pose2) -> list[Any]:

@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray
@@ -18,6 +19,7 @@ MAP = "map"
 NANO = 1_000_000_000
 # Of visualization_msgs/Marker.
 SPHERE, LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 2, 4, 9, 0, 3
+ZEROS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 
 class RosMessages:
@@ -27,8 +29,21 @@ class RosMessages:
         self._store = store
 
     def make(self, kind: str, **fields: Any) -> Any:
-        """A message of a type, as "geometry_msgs/msg/Pose"."""
-        return self._store.types[kind](**fields)
+        """Return a message of a type, as "geometry_msgs/msg/Pose"; fields not given are zero."""
+        _, wanted = self._store.fielddefs[kind]
+        absent = {name: self._zero(*of) for name, of in wanted if name not in fields}
+        return self._store.types[kind](**fields, **absent)
+
+    def _zero(self, node: Nodetype, of: Any) -> Any:
+        """Return zero, an empty text, an empty list or a message of zeros for a field."""
+        if node is Nodetype.NAME:
+            return self.make(of)
+        if node is Nodetype.BASE:
+            return ZEROS.get(of[0], 0)
+        (inner, kind), count = of
+        if inner is Nodetype.BASE and kind[0] != "string":
+            return np.zeros(count if node is Nodetype.ARRAY else 0, dtype=kind[0])
+        return []
 
     def point(self, place: FloatArray) -> Any:
         """geometry_msgs/Point."""
@@ -85,10 +100,8 @@ class RosMessages:
         points: "list[Any] | None" = None,
         text: str = "",
         place: FloatArray | None = None,
-        delete_all: bool = False,
     ) -> Any:
         """visualization_msgs/Marker in the map, of a namespace and a number there."""
-        nowhere = np.zeros(3) if place is None else place
         r, g, b, a = colour
         return self.make(
             "visualization_msgs/msg/Marker",
@@ -96,33 +109,18 @@ class RosMessages:
             ns=group,
             id=number,
             type=kind,
-            action=DELETE_ALL if delete_all else ADD,
-            pose=self.pose(nowhere, Rotation.identity()),
+            action=ADD,
+            pose=self.pose(np.zeros(3) if place is None else place, Rotation.identity()),
             scale=self.vector(size, size, size),
             color=self.make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=a),
-            lifetime=self.make("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
-            frame_locked=False,
             points=points or [],
-            colors=[],
-            texture_resource="",
-            texture=self.make(
-                "sensor_msgs/msg/CompressedImage",
-                header=self.header(at, ""),
-                format="",
-                data=np.zeros(0, dtype=np.uint8),
-            ),
-            uv_coordinates=[],
             text=text,
-            mesh_resource="",
-            mesh_file=self.make(
-                "visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, dtype=np.uint8)
-            ),
-            mesh_use_embedded_materials=False,
         )
 
-    def cleared(self, at: float) -> Any:
-        """What removes the markers of the view before."""
-        return self.marker(at, "", 0, 0, (0.0, 0.0, 0.0, 1.0), 0.0, delete_all=True)
+    def clear_markers(self, at: float) -> Any:
+        """Return the marker that removes those of the view before."""
+        header = self.header(at, MAP)
+        return self.make("visualization_msgs/msg/Marker", header=header, action=DELETE_ALL)
 
 
 def nanoseconds(at: float) -> int:
