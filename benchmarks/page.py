@@ -7,8 +7,6 @@ from typing import TypeAlias, cast
 
 from benchmarks.common import Cell, Row, shown
 
-__all__ = ["Reports", "all_tables", "headline_page"]
-
 Reports: TypeAlias = Mapping[str, Mapping[str, object]]
 """Reports as JSON has them, by the name of their benchmark."""
 

@@ -24,8 +24,6 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "built", "measure"]
-
 NAME = "time_batch"
 SCENES = 48
 REPEATS = 3  # of each scene; the least time counts, the others were disturbed

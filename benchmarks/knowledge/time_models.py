@@ -25,8 +25,6 @@ from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.reading.parse import parse
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["NAME", "measure", "model_library"]
-
 NAME = "time_models"
 SIZES = (30, 100, 300, 1000)
 REPEATS = 3

@@ -11,8 +11,6 @@ from benchmarks.common import Report, Row, Settings, Table
 from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_estimation"
 SEEDS, POINTS_A_SEED = 20, 520
 PIXEL_SD = 0.5

@@ -33,8 +33,6 @@ from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import ring_poses, tour_camera
 from facetlog.stream import recognise_stream
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_online"
 SEEDS = 10
 FURNITURE_SEEDS = 2

@@ -35,8 +35,6 @@ from facetlog.perception.types import FloatArray
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_pictures"
 CUBE = "visp_cube"
 SETS = (CUBE, "visp_teabox_table", "desk")

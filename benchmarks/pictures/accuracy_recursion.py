@@ -15,8 +15,6 @@ from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_recursion"
 WORLDS, POINTS, VIEWS = 100, 100, 24
 PIXEL_SD, FOCAL = 0.5, 600.0

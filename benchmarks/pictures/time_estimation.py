@@ -16,8 +16,6 @@ from facetlog.perception.estimation.point_filter import (
 )
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "measure"]
-
 NAME = "time_estimation"
 POINTS, VIEWS = 10_000, 24
 LOOP_POINTS = 200  # as many of them for the slow loops

@@ -23,8 +23,6 @@ from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
 
-__all__ = ["NAME", "measure"]
-
 NAME = "time_large"
 VIEWS = 200
 SIZE = (4000, 3000)

@@ -1,7 +1,6 @@
 """The journal: nothing is lost, nothing is there twice, and no other run is mixed in."""
 
 import errno
-import fcntl
 import json
 import os
 from pathlib import Path
@@ -118,24 +117,6 @@ def test_a_run_removes_its_own_journal_alone(tmp_path: Path) -> None:
             second.remove()
             assert not path.exists()
             second.remove()
-
-
-def test_a_journal_removed_while_it_is_waited_for_is_made_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "j"
-    _written(path).close()
-    real, paths = fcntl.flock, [path]
-
-    def late(descriptor: int, kind: int) -> None:
-        real(descriptor, kind)
-        if paths:  # the run that had it ended in between
-            paths.pop().unlink()
-
-    monkeypatch.setattr("facetlog.batch.journal.fcntl.flock", late)
-    with Journal.opened(path, RUN, {}) as journal:
-        journal.append("a", _line("a"))
-    assert path.read_bytes().count(b"\n") == 2
 
 
 def test_a_full_disk_keeps_the_rows_so_far_and_says_so(

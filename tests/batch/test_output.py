@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.output import FORMATS, read_rows, write_rows
-from facetlog.batch.row_records import row_from
-from facetlog.batch.rows import Row
+from facetlog.batch.rows import Row, row_from
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
 
@@ -84,15 +83,3 @@ def test_a_file_that_is_no_table_is_one_line(table: Path) -> None:
     table.unlink()
     with pytest.raises(InputError, match="cannot be read: No such file"):
         list(read_rows(table))
-
-
-def test_duckdb_asks_for_verdicts(tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
-    duckdb = pytest.importorskip("duckdb")
-    scene = tmp_path / "box-1.json"
-    scene.touch()
-    write_rows(tmp_path / "t.parquet", [fake_row(str(scene), ())])
-    table = duckdb.read_parquet(str(tmp_path / "t.parquet"))
-    verdicts = table.project("unnest(verdicts) as v").filter("v.state = 'holds'")
-    found = verdicts.project("v.model, v.degree, v.sizes[1].value").fetchall()
-    assert found == [("box", 0.9, 0.5)]

@@ -81,11 +81,6 @@ def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:
         Pool(Settings(models=("refused",)))
 
 
-def test_a_worker_that_cannot_start_is_an_error_of_the_engine() -> None:
-    with pytest.raises(EngineError, match="could not start, 3 times: ended with code 3"):
-        Pool(Settings(models=("dead",)))
-
-
 def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> None:
     with Pool(Settings(), 1) as pool:
         answers = pool.answers(map(Task, scene_files(tmp_path, "box-1", "slow-1")))

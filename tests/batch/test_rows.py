@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.row_records import RowRecord, row_from
-from facetlog.batch.rows import run_out
+from facetlog.batch.rows import RowRecord, row_from, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row

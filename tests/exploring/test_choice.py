@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.exploring.choice import beginning, choose
+from facetlog.exploring.choice import Promises, beginning, choose
 from facetlog.exploring.needs import Lack, Needs, Open, SeenThing
-from facetlog.exploring.promise import Promises
 from facetlog.exploring.sides import Sides
 from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.open_lines import UnseenSpace
@@ -134,22 +133,6 @@ def test_from_far_away_as_much_shows_as_along_the_axis(axis: int, sense: int) ->
     place[axis] = 1e4 * sense
     share = float(unseen.shown_from(place).mean())
     assert share == pytest.approx(unseen.space.would_show(axis, sense), abs=1e-6)
-
-
-def test_what_only_space_settles_is_looked_for_where_space_shows() -> None:
-    around = _around()
-    thing = _thing(around.target)
-    assert thing.space is not None
-    before = around.target - np.array([2.0, 0.0, 0.0])
-    candidates = around.candidates(1)
-    for_space = Open("t1", "table", 1.0, lack=frozenset({Lack.SPACE}))
-    chosen = choose(candidates, Needs((for_space,), (thing,)), CAMERA, [before])
-    assert chosen is not None
-    assert thing.space.shown_from(chosen.candidate.pose.centre).any()
-    assert chosen.promise.mass == pytest.approx(chosen.promise.space)
-    # From behind the wall nothing of it shows, however many sides do.
-    blind = [c for c in candidates if not thing.space.shown_from(c.pose.centre).any()]
-    assert choose(blind, Needs((for_space,), (thing,)), CAMERA, [before]) is None
 
 
 def test_a_poorly_known_pose_promises_less_about_corners() -> None:

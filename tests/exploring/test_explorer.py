@@ -11,10 +11,9 @@ from facetlog.errors import InputError
 from facetlog.exploring.explorer import Explorer
 from facetlog.exploring.needs import Interest
 from facetlog.judging.view_verdicts import ViewVerdict
-from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
+from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.request import Request
-from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.run import plan_rings
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
@@ -22,7 +21,6 @@ from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.stream import Goal
 from tests.exploring.explorations import (
-    DECIDED,
     FORBIDDEN,
     REACH,
     START,
@@ -65,17 +63,6 @@ def test_it_explores_until_the_goal_is_reached_and_says_why_each_view(tmp_path: 
     assert nearest > FORBIDDEN[0].radius
 
 
-def test_a_goal_that_what_is_measured_rules_out_ends_it_too(tmp_path: Path) -> None:
-    judge = judged(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
-    explorer = Explorer(judge, goal=GOAL, most=24)
-    exploration = Exploration(tmp_path, explorer)
-    assert exploration.run().taken == 3
-    assert not explorer.reached
-    assert exploration.stops.reason == (
-        "table holds to 0%, 90% wanted; nothing is undecided that was asked"
-    )
-
-
 def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     tmp_path: Path,
 ) -> None:
@@ -87,15 +74,6 @@ def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     assert "another name may stand first by what was not seen (10%)" in exploration.stops.reason
     said = exploration.heard.lines
     assert any("table holds to 95%, 90% wanted; another name" in line for line in said)
-
-
-def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_path: Path) -> None:
-    judge = judged(lambda views: ViewVerdict(views, needs=led(0.6, wrong=0.2 / (views - 2))))
-    exploration = Exploration(tmp_path, Explorer(judge, most=24))
-    assert exploration.run().taken == 6
-    assert exploration.stops.reason == (
-        "table leads, to 60%; another name may stand first by what was not seen (5%)"
-    )
 
 
 def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_it(
@@ -111,32 +89,6 @@ def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_i
     assert exploration.run().taken == 7
     said = exploration.heard.lines
     assert said.count("before this view it was no table: more views are to say which") == 2
-
-
-def test_a_way_that_was_blocked_makes_no_verdict_agree_with_itself(tmp_path: Path) -> None:
-    def judge(views: int) -> ViewVerdict:
-        excluded = ViewVerdict(views, excluded=("table",))
-        return excluded if views == 3 else ViewVerdict(views, needs=led(0.95))
-
-    exploration = Exploration(tmp_path, Explorer(judged(judge), most=5))
-    assert exploration.run().taken == 5
-    taken = read_record(tmp_path)[1]
-    explorer = Explorer(judged(judge), most=24)
-    explorer.next_stop(exploration.around, taken[:3])
-    for _ in range(2):
-        assert isinstance(explorer.next_stop(exploration.around, taken[:4]), Chosen)
-    assert isinstance(explorer.next_stop(exploration.around, taken[:5]), Finished)
-
-
-def test_views_that_contradict_one_another_are_followed_by_others(tmp_path: Path) -> None:
-    def judge(views: int) -> ViewVerdict:
-        if views == 3:
-            return ViewVerdict(views, fault="view002.png contradicts the others")
-        return ViewVerdict(views, needs=DECIDED)
-
-    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
-    assert exploration.run().taken == 4
-    assert "of 3 views: view002.png contradicts the others" in exploration.heard.lines
 
 
 def test_an_interrupted_exploration_goes_on_where_the_robot_stands(tmp_path: Path) -> None:
@@ -158,13 +110,6 @@ def test_an_interrupted_exploration_goes_on_where_the_robot_stands(tmp_path: Pat
     assert second.run().taken == 2
     _, taken = read_record(tmp_path)
     assert [view.name for view in taken] == [f"view{n:03d}.png" for n in range(1, 7)]
-
-
-def test_rings_of_a_record_keep_out_of_what_blocked_the_last_run(tmp_path: Path) -> None:
-    about = {"explore": Exploration(tmp_path, Explorer(judged(all_open), most=24)).around.to_json()}
-    blocks = [{"result": "blocked", "closed": [float(x), 1.0, 0.3]} for x in range(3)]
-    found = Around.recorded([about, blocks[0], about, {"result": "taken"}, *blocks[1:]])
-    assert found.reach.closed == (*REACH.closed, Circle(1.0, 1.0, 0.3), Circle(2.0, 1.0, 0.3))
 
 
 def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path) -> None:

@@ -64,13 +64,6 @@ def test_a_name_may_be_wrong_as_far_as_its_sides_were_not_looked_at() -> None:
     assert _open(box, desk) == {}
 
 
-def test_of_a_thing_that_nothing_fits_each_model_is_as_likely() -> None:
-    fails = [_verdict(model, State.FAILS, 0.0, 0.0) for model in ("box", "chair")]
-    found = _open(*fails, interest=replace(HERE, places=NOWHERE))
-    assert found["box"].assumed == found["chair"].assumed == pytest.approx(0.5)
-    assert _open(*fails) == {}
-
-
 def _unknown(label: str, detail: Comparison | Note) -> Condition:
     return Condition(label, "", Proof(State.UNKNOWN, 0.0, 1.0, label, detail))
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from facetlog.mapping.anchored import covariances_beside_first
+from facetlog.mapping.visit import covariances_beside_first
 from facetlog.perception.types import FloatArray, Pose
 
 TURN_SD, WAY_SD = 0.01, 0.02

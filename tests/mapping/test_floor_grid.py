@@ -23,13 +23,6 @@ def _shown(low: float, high: float, pitch: float = 0.04) -> SeenLattice:
     )
 
 
-def test_floor_that_views_show_is_free_and_the_rest_unseen() -> None:
-    floor = floor_grid(Seen((_shown(0.0, 2.0),)))
-    assert floor.at(1.0, 1.0) is Cell.FREE
-    assert floor.at(2.5, 1.0) is Cell.UNSEEN
-    assert floor.area(Cell.FREE) == pytest.approx(4.0, rel=0.06)
-
-
 def test_a_thing_is_occupied_though_the_floor_beneath_it_shows() -> None:
     table = shapely.box(0.5, 0.5, 1.5, 1.0)
     floor = floor_grid(Seen((_shown(0.0, 2.0),), plans=(table,)))

@@ -74,11 +74,6 @@ def test_a_box_where_sonars_pass_now_stands_where_it_was_seen_later() -> None:
     assert moved == [pytest.approx(math.sqrt(5.0), abs=1e-6)]
 
 
-def test_pictures_of_the_floor_where_it_stood_say_the_same() -> None:
-    assert mapped(BOX, LATER, looks=Looks((ground(SINCE),)))[0] == [TO]
-    assert mapped(BOX, LATER, looks=Looks((ground(BEFORE),)))[0] == [FROM, TO]
-
-
 @pytest.mark.parametrize(
     "looks",
     [

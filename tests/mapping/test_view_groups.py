@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.mapping.view_groups import view_groups
+from facetlog.mapping.visit import view_groups
 from facetlog.perception.types import Pose
 from facetlog.robot.tour import looking_at
 

@@ -5,14 +5,15 @@ import pytest
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
-from facetlog.prototype.forms import grown_from, starting_forms
-from facetlog.prototype.growth import (
+from facetlog.prototype.forms import (
     HUNG,
     between,
     borne,
+    grown_from,
     hung,
     pair,
     single,
+    starting_forms,
     under,
 )
 

@@ -28,8 +28,6 @@ from facetlog.pipeline import (
     simulated_views,
 )
 
-__all__ = ["Experiment", "VertexRun", "run_experiment"]
-
 # "a large S0" of the paper's zero start, in the square of the unit: as its printed figures have it.
 LARGE_S0 = 9999.0
 # As the tour gives them, in metres; figures 12 and 13 are in inches.

@@ -18,8 +18,6 @@ from facetlog.paper.printed import plane_iterations, point_iterations
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.mesh_export import viewer_html
 
-__all__ = ["PAGE_FILE", "deviations", "page", "write_paper_page"]
-
 PAGE_FILE = "paper.html"
 SIGHTINGS = 6
 """2-D points of figure 11."""

@@ -18,19 +18,6 @@ from facetlog.perception.types import FloatArray, Image
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "camera_map",
-    "covariance_curve",
-    "data_uri",
-    "edges_picture",
-    "estimate_curve",
-    "labels_picture",
-    "regions_picture",
-    "sightings",
-    "thresholded_picture",
-    "thumbnail",
-]
-
 SET_NAMES = ("I", "II", "III", "IV")
 # Pictures on the page: pixels across of a thumbnail and half the side of what surrounds a vertex.
 THUMBNAIL_PX = 200

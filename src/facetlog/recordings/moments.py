@@ -30,15 +30,6 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Scene
 
-__all__ = [
-    "CandidateView",
-    "Moment",
-    "Recorder",
-    "candidate_views",
-    "read_moment",
-    "recorded_optics",
-]
-
 # Of the ball that stands for the best of some candidates, and for one that promised nothing, m.
 LARGEST, SMALLEST = 0.05, 0.008
 COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4")

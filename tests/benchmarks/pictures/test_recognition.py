@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.pictures.recognition import Shape, in_steps, score, true_block
+from benchmarks.pictures.recognition import Shape, score, true_block
 from facetlog.perception.scene import Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.views import Similarity, random_similarity
@@ -77,17 +76,3 @@ def test_a_corner_far_off_is_extra_and_takes_its_edges_and_faces_along() -> None
     assert found.extra_vertices == 1
     assert len(found.edge_errors) == 12 - 3
     assert (found.missing_faces, found.extra_faces) == (3, 3)
-
-
-@pytest.mark.parametrize("name", ["block", "pyramid", "wedge", "cylinder"])
-def test_faces_that_meet_differ_by_a_step_and_curved_ones_are_alike(name: str) -> None:
-    world = in_steps(make_world(name), 10.0)
-    assert world.floor is not None
-    unit = 255.0 * world.exposure
-    (solid,) = world.solids
-    greys = {frozenset(face): unit * a for face, a in zip(solid.faces, solid.albedo, strict=True)}
-    assert min(greys.values()) == pytest.approx(unit * world.floor.albedo + 10.0)
-    for start, end in solid.edges:
-        one, other = (grey for face, grey in greys.items() if {start, end} <= face)
-        assert abs(one - other) > 9.9
-    assert len({solid.albedo[face] for face in solid.curved}) <= 1
