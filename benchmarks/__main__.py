@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
 PAGE = HERE.parent / "docs" / "benchmarks.md"
 TABLES = HERE.parent / "out" / "benchmarks.md"
-IS_BENCHMARK = re.compile(r"(accuracy|time)_\w+|calibration|fuzz_models")
+IS_BENCHMARK = re.compile(r"(accuracy|time)_\w+|calibration")
 
 
 def find_benchmarks() -> Mapping[str, str]:

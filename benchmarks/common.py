@@ -19,22 +19,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-__all__ = [
-    "Cell",
-    "Report",
-    "Row",
-    "Settings",
-    "Table",
-    "code_version",
-    "data_set",
-    "machine",
-    "median_and_spread",
-    "settings_parser",
-    "shown",
-    "text",
-    "tree_hash",
-]
-
 SCHEMA = "facetlog-benchmark/1"
 DATA_VARIABLE = "FACETLOG_DATA"
 HASH_DIGITS = 12

@@ -7,8 +7,6 @@ from typing import TypeAlias, cast
 
 from benchmarks.common import Cell, Row, shown
 
-__all__ = ["Reports", "all_tables", "headline_page"]
-
 Reports: TypeAlias = Mapping[str, Mapping[str, object]]
 """Reports as JSON has them, by the name of their benchmark."""
 
@@ -16,7 +14,6 @@ TEMPLATE = Path(__file__).with_name("headlines.md")
 # A row of the template: what | text with {columns} | benchmark; table; column = value; …
 ROW = re.compile(r"^\| (.+) \| (.*\{.+) \| (\w+); (.+) \|$", re.MULTILINE)
 CELL = re.compile(r"\{(.+?)(:%)?\}")
-MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 
 
 def headline_page(reports: Reports, template: str | None = None) -> str:

@@ -6,8 +6,6 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import TypeVar
 
-__all__ = ["WORKERS", "spread"]
-
 Item = TypeVar("Item")
 Found = TypeVar("Found")
 

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from facetlog.batch.row_records import RowRecord
+from facetlog.batch.rows import RowRecord
 from facetlog.mapping.map_record import MapRecord
 from facetlog.perception.surfaces.scene_json.records import SceneRecord
 from facetlog.verdicts_schema import VerdictsRecord

@@ -40,8 +40,6 @@ from facetlog.kb.engine.engine import house
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.limits import Limits
 
-__all__ = ["NAME", "Judged", "chance_error", "judged", "main", "measure", "report"]
-
 NAME = "calibration"
 # Of each world of the tours.
 SEEDS = 3

@@ -31,18 +31,6 @@ from facetlog.pipeline import reconstruct_views
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = [
-    "KINDS",
-    "LABELS",
-    "OPEN",
-    "LabelledScene",
-    "main_thing",
-    "shape_scenes",
-    "tour_scene",
-    "truth",
-    "world_truth",
-]
-
 KINDS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
         "block": frozenset({"box"}),

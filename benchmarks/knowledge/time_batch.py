@@ -1,14 +1,9 @@
 """What does a scene of a batch cost, from its JSON to the verdicts of all models?
 
 Scenes of 12 to 60 faces, furniture of the builders in random sizes, are read, made into the facts
-that the models ask for, a dozen together as in a worker, and judged by one BatchJudge; the same
-facts are read from a file of Prolog clauses and judged by the same code in a native `swipl`
-process, in the same run. CPU time. One and two workers of `facetlog classify` are compared by the
-clock and by CPU time, less what they take to start: where other programs keep the machine busy, the
-second worker gains little by the clock, and CPU time tells what the workers cost each other. A
-single scene tells what a start costs.
-Resident memory is read after every tenth of a longer run; its growth is that of the second half,
-when all that is made once has been made. The number of seeds asked for is that of the scenes.
+that the models ask for, a dozen together as in a worker, and judged by one BatchJudge. CPU time.
+One and two workers of `facetlog classify` are compared by wall clock and by CPU time, less what
+they take to start. The number of seeds is that of the scenes.
 """
 
 import resource
@@ -18,82 +13,24 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
-from benchmarks.common import Report, Row, Settings, Table
-from benchmarks.knowledge.knowledge_base import python_says, rows_against, swipl_says
+from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.kb.engine.engine import house
-from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.loading.builtin_rules import builtin_rules
-from facetlog.kb.loading.encode import Fact, declarations, fact_text
-from facetlog.perception.facts.all_facts import fact_columns, scene_facts
+from facetlog.perception.facts.all_facts import fact_columns
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "built", "measure", "scenes"]
-
 NAME = "time_batch"
 SCENES = 48
 REPEATS = 3  # of each scene; the least time counts, the others were disturbed
 TOGETHER = 12  # scenes whose facts are made together
-LONG_RUN = 20  # times all scenes, for the memory
-TENTHS = 10
 COPIES = 8  # of each scene, for the workers
 LEAST_FACES, MOST_FACES = 12, 60
 SPREAD = 0.7, 1.4  # of sizes, times what is usual
-
-NATIVE = """
-:- ['{bridge}'].
-main :-
-    term_string(Declarations, "{declarations}"),
-    schema:declare_facts(Declarations),
-    findall(Name-[Name],
-            ( member(Name, {models}),
-              atomic_list_concat(['{rules}/', Name, '.pl'], Path),
-              facetlog_loader:load_builtin(Path, _),
-              facetlog_named_models:name_models(native, [Name], Name) ),
-            Models),
-    facetlog_bridge:ask_base(native, all),
-    facetlog_batch:open_batch(native, native_scene, Models, _),
-    findall(Least,
-            ( between(1, {count}, Number),
-              format(atom(File), '{folder}/~d.pl', [Number]),
-              times({repeats}, judged(File), Times),
-              min_list(Times, Least) ),
-            All),
-    format("~w~n", [All]).
-
-judged(File) :-
-    setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
-                       facetlog_scene:add_facts(native_scene, Stream),
-                       close(Stream)),
-    facetlog_batch:brief_verdicts(native, 100_000_000, Verdicts),
-    facetlog_batch:empty_batch(native),
-    Verdicts \\== [].
-"""
-
-MEMORY = """
-import os
-from benchmarks.knowledge.time_batch import scenes
-from facetlog.kb.batch_judge import BatchJudge
-def resident():
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
-found = scenes({count}, {first})
-sizes = []
-with BatchJudge() as judge:
-    for tenth in range({tenths}):
-        for _ in range({rounds}):
-            for facts in found:
-                judge.judge(facts)
-        sizes.append(resident())
-print(json.dumps(sizes))
-"""
 
 
 def built(
@@ -121,11 +58,6 @@ def built(
         if least <= len(scene.faces) <= most:
             found.append(scene)
     return found
-
-
-def scenes(count: int, first: int = 0) -> list[list[Fact]]:
-    """The facts of so many scenes."""
-    return [[f.row for f in scene_facts(scene)] for scene in built(count, first)]
 
 
 def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float, float]]:
@@ -195,79 +127,36 @@ def _workers(folder: Path, found: Sequence[Scene]) -> tuple[Row, ...]:
     )
 
 
-def _native(found: list[list[Fact]], judge: BatchJudge) -> list[float]:
-    with tempfile.TemporaryDirectory() as folder:
-        for number, facts in enumerate(found, 1):
-            asked = [fact for fact in facts if (fact[0], len(fact) - 1) in judge.needed]
-            text = "\n".join(map(fact_text, asked)) + "\n"
-            (Path(folder) / f"{number}.pl").write_text(text, encoding="utf-8")
-        program = NATIVE.format(
-            bridge=house("kb") / "prolog" / "bridge.pl",
-            rules=builtin_rules(),
-            declarations=declarations().replace("\\", "\\\\").replace('"', '\\"'),
-            models=f"[{','.join(BUILTIN_MODELS)}]",
-            count=len(found),
-            repeats=REPEATS,
-            folder=folder,
-        )
-        return cast(list[float], swipl_says(program))
-
-
 def measure(settings: Settings) -> Report:
-    """Times of all scenes, the native peer's, workers and memory."""
+    """Measure each step of a scene, and workers."""
     count = settings.number(SCENES)
     found = built(count, settings.first)
-    facts = scenes(count, settings.first)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for number, scene in enumerate(found):
-            write_scene(scene, folder / f"{number}.json")
+        paths = [folder / f"{number}.json" for number in range(count)]
+        for scene, path in zip(found, paths, strict=True):
+            write_scene(scene, path)
         with BatchJudge() as judge:
-            for some in facts:
-                judge.judge(some)  # uncounted
-            paths = [folder / f"{number}.json" for number in range(count)]
+            _timed(judge, paths)  # not counted: the first run fills caches
             steps = [
                 timed
                 for first in range(0, count, TOGETHER)
                 for timed in _timed(judge, paths[first : first + TOGETHER])
             ]
-            native = _native(facts, judge)
         workers = _workers(folder, found)
-    read, made, judged = (list(step) for step in zip(*steps, strict=True))
+    read, made, judged = zip(*steps, strict=True)
     every = [sum(step) for step in steps]
-    peers = (
-        ("swipl: read facts, judge", native),
-        ("JSON to verdicts", every),
-        ("of that: read", read),
-        ("of that: facts", made),
-        ("of that: judge", judged),
-    )
-    code = MEMORY.format(
-        count=count, first=settings.first, tenths=TENTHS, rounds=max(1, LONG_RUN // TENTHS)
-    )
-    sizes = cast(list[float], python_says(code))
-    a_tenth = count * max(1, LONG_RUN // TENTHS)
-    half = TENTHS // 2
-    slope = float(np.polyfit(np.arange(half) * a_tenth, sizes[-half:], 1)[0])
-    memory: Row = {
-        "scenes": a_tenth * TENTHS,
-        "MB after a tenth": round(sizes[0], 1),
-        "MB after half": round(sizes[-half], 1),
-        "MB at the end": round(sizes[-1], 1),
-        "MB more in 1,000 scenes": round(1e3 * slope, 2),
-    }
-    rates: Row = {
-        "scenes a second and core": round(1e3 / float(np.mean(every)), 1),
-        "native": round(1e3 / float(np.mean(native)), 1),
-    }
+    parts = {"JSON to verdicts": every, "read": read, "facts": made, "judge": judged}
     return Report(
         NAME,
         (
-            Table("A scene", rows_against(native, peers)),
-            Table("Rates", (rates,)),
+            Table(
+                "A scene, CPU ms",
+                tuple({"what": k, **median_and_spread(v, digits=1)} for k, v in parts.items()),
+            ),
+            Table("Rates", ({"scenes a second and core": round(1e3 / float(np.mean(every)), 1)},)),
             Table("Workers of classify", workers),
-            Table("Resident memory", (memory,)),
         ),
         {"scenes": count, "repeats": REPEATS},
-        ("Wanted: at most 2 times native; 500 scenes a second on two cores; flat memory.",),
+        ("Wanted: 500 scenes a second on two cores.",),
     )

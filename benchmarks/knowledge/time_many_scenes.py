@@ -29,8 +29,6 @@ from facetlog.batch.journal import journal_path
 from facetlog.batch.output import read_rows
 from facetlog.perception.surfaces.scene_file import write_scene
 
-__all__ = ["NAME", "Run", "classified", "digest", "measure", "scene_list"]
-
 NAME = "time_many_scenes"
 SCENES = 100_000
 DISTINCT = 500  # scenes that differ; more of them change neither time nor memory

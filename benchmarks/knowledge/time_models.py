@@ -18,15 +18,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.common import Report, Row, Settings, Table, median_and_spread
-from benchmarks.knowledge.knowledge_base import exponent
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Edit, applied
 from facetlog.grammar.language_server.symbols import SymbolKind, occurrences
 from facetlog.grammar.library import BUILTIN
 from facetlog.grammar.reading.parse import parse
 from facetlog.grammar.source import Source, Span
-
-__all__ = ["NAME", "measure", "model_library"]
 
 NAME = "time_models"
 SIZES = (30, 100, 300, 1000)
@@ -137,7 +134,7 @@ def measure(settings: Settings) -> Report:
     with TemporaryDirectory() as folder:
         apart = file_times(SIZES[-1], settings.first, Path(folder))
         start = float(np.median(start_up(Path(folder))))
-    growth = exponent(SIZES, [checked[size] for size in SIZES])
+    growth = np.polyfit(np.log(SIZES), np.log([checked[size] for size in SIZES]), 1)[0]
     notes = (
         f"Grows with the number of models to the power {growth:.2f}.",
         f"{SIZES[-1]:,} models in files of their own: {apart:.2f} s.",

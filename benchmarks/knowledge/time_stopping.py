@@ -26,8 +26,6 @@ from facetlog.robot.simulator.world_file import (
     WorldSetup,
 )
 
-__all__ = ["NAME", "measure"]
-
 NAME = "time_stopping"
 RUNS = 5
 SPEED = 0.5

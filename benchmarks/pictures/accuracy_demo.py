@@ -14,8 +14,6 @@ from benchmarks.pictures.recognition import Trial, summary, tour_views, tried
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_demo"
 SEEDS = 20
 WANTED_RMS_IN = 0.1

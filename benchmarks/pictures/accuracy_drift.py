@@ -18,8 +18,6 @@ from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import pose_errors, with_drift
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_drift"
 SEEDS = 3
 WORLDS = ("block", "printed_block", "clutter_block", "table")

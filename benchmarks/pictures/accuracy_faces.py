@@ -20,8 +20,6 @@ from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_faces"
 SETS = "pictures"
 PROGRAM = "evaluate_pictures.py"

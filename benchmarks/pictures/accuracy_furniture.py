@@ -28,8 +28,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "Answered", "measure", "of_scene"]
-
 NAME = "accuracy_furniture"
 # A thing is a cuboid if its bounds and the cuboid's have this much of both in common.
 SAME = 0.5

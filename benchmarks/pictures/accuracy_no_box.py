@@ -11,8 +11,6 @@ from benchmarks.pictures.recognition import BOX, Run, counted, in_metres, recogn
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import shuffled
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_no_box"
 SEEDS = 5
 WORLDS = ("empty", "wedge", "pyramid", "cylinder", "corner", "table", "chair")

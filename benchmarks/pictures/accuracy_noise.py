@@ -37,8 +37,6 @@ from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import BLOCK_CENTRE, BLOCK_SIZE, INCH, make_world
 from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_noise"
 SEEDS = 5
 ODD = 5  # the view at fault where there is one

@@ -1,21 +1,15 @@
 """How soon and how well are things recognised while views come, and what does one view cost?
 
-The demo's block, seeds in turn, its 24 views one at a time in the order of the tour: after how many
-views it is a box that stays one, errors of the faces' corners and NEES / 3 against views, beside
-all of these views at once; of the upper corners apart, for beside a block's foot there may be a
-strip of shadow narrower than the blur, which moves the foot's edge by a tenth of a pixel in every
-view. One block's views in random orders: how far apart its corners come out. Furniture of the first
-seeds: the first verdict that is right. A ring of 200 views of a block gives the processor time of a
-view, late and early; faces are searched anew in the kept views now and then, which is counted
-apart. What facts and verdicts add to a view is measured on the demo's block.
-
-Figures 12 and 13 of the paper for photographs: the corners of a printed cube against views (set
-visp_cube), beside those of all its views at once, of which two stand in for the truth.
+The demo's block, seeds in turn, its 24 views one at a time in the order of the tour: errors of the
+faces' corners and NEES / 3 against views, beside all of these views at once; of the upper corners
+apart, for beside a block's foot there may be a strip of shadow narrower than the blur, which moves
+the foot's edge by a tenth of a pixel in every view. Furniture of the first seeds: the first verdict
+that is right. A ring of 200 views of a block gives the processor time of a view, late and early;
+faces are searched anew in the kept views now and then, which is counted apart.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -26,11 +20,9 @@ from benchmarks.common import (
     Report,
     Settings,
     Table,
-    data_set,
     median_and_spread,
 )
 from facetlog.perception.online.online_scene import OnlineScene
-from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -41,20 +33,16 @@ from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import ring_poses, tour_camera
 from facetlog.stream import recognise_stream
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_online"
 SEEDS = 10
 FURNITURE_SEEDS = 2
 # Faces are searched anew after 4, 8, 11, 15 and 20 views: most of these lie between.
 SHOWN = (4, 5, 7, 8, 10, 12, 14, 16, 18, 19, 22, 24)
-ORDERS = 20
 WORLDS = {"block": "box", "printed_block": "box", "table": "table", "chair": "chair"}
 UP = np.array([0.0, 0.0, 1.0])
 # A corner farther off than this is none of the block's, m.
 NEAR_M = 0.02
 RING_VIEWS, RING_IN = 200, 45.0
-CUBE, EVERY = "visp_cube", 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,41 +107,6 @@ def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
         yield row
 
 
-def _orders(seed: int) -> Iterator[dict[str, Cell]]:
-    """How far apart the corners of one block come out, its views in random orders."""
-    views = simulated_views("block", seed, progress=None, clock=StepClock()).views
-    true = np.array(make_world("block", seed).truth.solids[0].vertices) * INCH
-    rng = np.random.default_rng(seed)
-    found: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
-    for _ in range(ORDERS):
-        shuffled = [views[k] for k in rng.permutation(len(views))]
-        online = OnlineScene(name="block", up=UP, metric=True)
-        for view in shuffled:
-            online.add(view)
-        found.setdefault("one at a time", []).append(_nearest(online.scene, true))
-        online.finish(polish=True)
-        found.setdefault("polished", []).append(_nearest(online.scene, true))
-    for name, orders in found.items():
-        points = np.array([points for points, _ in orders])
-        variance = np.array([variances for _, variances in orders]).mean(axis=0)
-        apart = ((points - points.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0)
-        spread = np.sqrt(apart / variance)
-        yield {
-            "block": name,
-            "orders": ORDERS,
-            "spread, sd (median corner)": round(float(np.median(spread)), 3),
-            "spread, sd (worst corner)": round(float(spread.max()), 3),
-        }
-
-
-def _nearest(scene: Scene | None, true: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # The vertices nearest to the true corners (n, 3), and their total variances (n,).
-    if scene is None or not scene.vertices:
-        raise ValueError("nothing was found of the demo's block")
-    which = ((scene.points[None] - true[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-    return scene.points[which], np.array([np.trace(scene.vertices[k].cov) for k in which])
-
-
 def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
     with open_models() as base:
         for world, model in WORLDS.items():
@@ -180,51 +133,6 @@ def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
                     ),
                     "polished": round(last, 2),
                 }
-
-
-def _photographs(folder: Path) -> tuple[Table, Table]:
-    """Corners of photographs one at a time; the second table has what is said of them."""
-    given = read_views(folder)
-    batch = reconstruct(given.views, name=CUBE, up=given.up, metric=given.metric)
-    corners = sorted({k for f in batch.faces for k in f.outline})
-    # The surest two: what is chosen by neither method's errors.
-    chosen = sorted(corners, key=lambda k: float(np.trace(batch.vertices[k].cov)))[:2]
-    rows: list[dict[str, Cell]] = []
-    said: list[dict[str, Cell]] = []
-    with open_models() as base:
-        stream = recognise_stream(given.views, up=given.up, metric=given.metric, base=base)
-        for number, step in enumerate(stream, start=1):
-            if step.view and number % EVERY and number != len(given.views):
-                continue
-            row: dict[str, Cell] = {"views": number if step.view else "polished"}
-            for name, k in zip("AB", chosen, strict=True):
-                row |= _beside(name, step.scene, batch.points[k], given.metric)
-            rows.append(row)
-            best = step.recognition.best if step.recognition else ()
-            said.append(
-                {
-                    "views": row["views"],
-                    "faces": len(step.scene.faces) if step.scene else 0,
-                    "best": "; ".join(f"{v.model} {v.degree:.2f}" for v in best) or "none",
-                }
-            )
-    return (
-        Table(f"{CUBE}: two corners against views, beside all at once", tuple(rows)),
-        Table(f"{CUBE}: verdicts", tuple(said)),
-    )
-
-
-def _beside(name: str, scene: Scene | None, point: FloatArray, metric: bool) -> dict[str, Cell]:
-    # How far the nearest corner is, and its largest variance, where one is near.
-    unit = "mm" if metric else "‰ of a unit"
-    off, sd = None, None
-    if scene is not None and scene.vertices:
-        apart = np.linalg.norm(scene.points - point, axis=1)
-        k = int(apart.argmin())
-        if apart[k] < NEAR_M:
-            off = round(1e3 * float(apart[k]), 2)
-            sd = round(1e3 * float(np.sqrt(np.linalg.eigvalsh(scene.vertices[k].cov)[-1])), 2)
-    return {f"{name} off, {unit}": off, f"{name} sd, {unit}": sd}
 
 
 def _ring() -> tuple[View, ...]:
@@ -265,29 +173,6 @@ def _times() -> tuple[Table, Table]:
     )
 
 
-def _to_verdicts() -> Table:
-    """Processor time of a view until its verdicts are there."""
-    given = simulated_views("block", 0, progress=None, clock=StepClock())
-    clock = StepClock()
-    spent: list[float] = []
-    with open_models() as base:
-        stream = recognise_stream(
-            given.views, up=given.up, metric=True, base=base, clock=clock, polish=False
-        )
-        start = process_time()
-        for step in stream:
-            if step.view:
-                spent.append(1e3 * (process_time() - start))
-            start = process_time()
-    judged = sum(t.cpu for t in clock.times if t.name in ("facts", "verdicts"))
-    row: dict[str, Cell] = {
-        **_figures(spent),
-        "mean ms a view": round(sum(spent) / len(spent), 1),
-        "of that facts and verdicts": round(1e3 * judged / len(spent), 1),
-    }
-    return Table("the demo's block, each view with its verdicts", (row,))
-
-
 def _figures(values: list[float]) -> dict[str, Cell]:
     return {f"ms a view, {k}": v for k, v in median_and_spread(values, digits=1).items()}
 
@@ -295,17 +180,12 @@ def _figures(values: list[float]) -> dict[str, Cell]:
 def measure(settings: Settings) -> Report:
     """Errors and NEES against views, first verdicts, times."""
     seeds = range(settings.first, settings.first + settings.number(SEEDS))
-    folder = data_set("images", CUBE)
-    photographs = () if isinstance(folder, str) else _photographs(folder)
     return Report(
         NAME,
         (
             Table("the block's corners against views", tuple(_against_views(seeds))),
-            Table("one block's views in random orders", tuple(_orders(settings.first))),
             Table("verdicts", tuple(_verdicts(seeds))),
             *_times(),
-            _to_verdicts(),
-            *photographs,
         ),
         {"seeds": len(seeds)},
     )

@@ -7,8 +7,7 @@ within 10 %. The same is asked with the world turned and scaled, and is measured
 another order, with half of them, and with poses that are less exact.
 
 Then each true face that cameras look at: how much of it do found faces cover that are turned by 3
-degrees and off by 5 % of the thing's extent at most? And of a building whose points were published:
-how many lie within 3 px of a found plane?
+degrees and off by 5 % of the thing's extent at most?
 """
 
 import json
@@ -36,12 +35,9 @@ from facetlog.perception.types import FloatArray
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_pictures"
 CUBE = "visp_cube"
 SETS = (CUBE, "visp_teabox_table", "desk")
-BUILDING = "vgg_merton1"
 AS_IT_IS = "as it is"
 SEEDS = 5
 SCALE = 1000.0
@@ -51,8 +47,6 @@ LEAST_EDGES, MEDIAN_ERROR, WORST_ERROR, SQUARE_DEG = 7, 0.03, 0.10, 15.0
 # A found face covers what it is turned by so little to, and off by such a share of the extent; a
 # face is large from such a share of the largest true one on.
 TURN, OFFSET, LARGE = np.radians(3.0), 0.05, 0.05
-# A point lies on a plane that passes so near, px.
-NEAR_PX = 3.0
 # A face with no more than this share of its area on the thing is something else.
 OTHER_SHARE = 0.1
 
@@ -96,7 +90,7 @@ def measure(settings: Settings) -> Report:
     rows: list[Row] = []
     faces: list[Row] = []
     folders: dict[str, Path] = {}
-    for name in (*SETS, BUILDING):
+    for name in SETS:
         there = data_set("images", name)
         if isinstance(there, str):
             return Report(NAME, skipped=there)
@@ -115,7 +109,6 @@ def measure(settings: Settings) -> Report:
         (
             Table("Front end: lines", tuple(rows)),
             Table("True faces that cameras look at", tuple(faces)),
-            Table("Published points of a building", (_of_building(folders[BUILDING]),)),
         ),
         {
             "seeds": settings.number(SEEDS),
@@ -251,28 +244,3 @@ def _share(face: Polygon, by: Sequence[Polygon], off: float) -> float:
     for one in by:
         hit |= one.covers(points, normals, offset=off, margin=off, turn=float(TURN))
     return float(hit.mean())
-
-
-def _of_building(folder: Path) -> Row:
-    truth = json.loads((folder / "ground_truth.json").read_text(encoding="utf-8"))
-    points = np.array(truth["points3d"], dtype=np.float64)
-    view_set = read_views(folder)
-    scene = recognised(view_set, FrontEnd.LINES).scene
-    depth = np.array([(points - v.pose.centre) @ v.pose.rotation[:, 2] for v in view_set.views])
-    focal = float(np.median([v.camera.fx for v in view_set.views]))
-    pixel = np.median(depth, axis=0) / focal
-    on, within = np.zeros((2, len(points)), np.bool_)
-    for face in () if scene is None else scene.faces:
-        near = np.abs(face.plane.distance(points)) < NEAR_PX * pixel
-        on |= near
-        outline = Polygon(scene.points[list(face.outline)])
-        normals = np.broadcast_to(outline.normal, points.shape)
-        far = float(NEAR_PX * np.median(pixel))
-        within |= near & outline.covers(points, normals, offset=np.inf, margin=far, turn=np.pi)
-    return {
-        "set": BUILDING,
-        "points": len(points),
-        "faces": 0 if scene is None else len(scene.faces),
-        "on their planes": round(float(on.mean()), 3),
-        "within their outlines": round(float(within.mean()), 3),
-    }

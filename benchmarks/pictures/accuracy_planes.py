@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from benchmarks.common import Cell, Report, Settings, Table, median_and_spread
 from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_planes"
 SEEDS = 3
 PLANES, POINTS = 50, 200_000

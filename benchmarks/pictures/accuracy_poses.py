@@ -33,8 +33,6 @@ from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import with_pose_noise
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["NAME", "measure", "peer_corners"]
-
 NAME = "accuracy_poses"
 SEEDS = 3
 WORLD = "block"

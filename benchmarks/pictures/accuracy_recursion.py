@@ -3,30 +3,24 @@
 Ten thousand points in a hundred worlds of 24 cameras, 2 to 6 away all round or on an arc of 60
 degrees, half a pixel of noise, views in random order. The recursion stands beside the fit of all
 views so far; a point has diverged when it is farther than 6 of its own standard deviations from the
-truth (chi-square of 3 degrees: one in 10 million). Twenty orders of the same views show how much of
-the last estimate the order makes.
+truth (chi-square of 3 degrees: one in 10 million).
 """
 
 from collections.abc import Iterator
-from time import process_time
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, median_and_spread
+from benchmarks.common import Cell, Report, Settings, Table
 from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_recursion"
 WORLDS, POINTS, VIEWS = 100, 100, 24
-ORDERS = 20
 PIXEL_SD, FOCAL = 0.5, 600.0
 SHOWN = (2, 3, 4, 6, 8, 12, 16, 24)
 DIVERGED_SD = 6.0
 ARCS = {"all round": 2 * np.pi, "arc of 60 degrees": np.pi / 3}
-MANY, LONG = 10_000, 200
 
 
 def rig(rng: np.random.Generator, arc: float, views: int) -> FloatArray:
@@ -103,62 +97,12 @@ def _by_views(arc_name: str, seeds: range) -> Iterator[dict[str, Cell]]:
         }
 
 
-def _orders(arc_name: str, seeds: range) -> dict[str, Cell]:
-    """How far twenty orders of the same views bring the last estimate from their mean, in sd."""
-    spreads = []
-    for seed in seeds:
-        rng = np.random.default_rng(seed)
-        P = rig(rng, ARCS[arc_name], VIEWS)
-        _, uv, cov = pictured(rng, POINTS, P)
-        ends, covs = [], np.zeros((POINTS, 3, 3))
-        for _ in range(ORDERS):
-            filters = PointFilters(POINTS)
-            for v in rng.permutation(VIEWS):
-                filters.add(P[v], uv[:, v], cov[:, v], np.ones(POINTS, np.bool_))
-            ends.append(filters.points)
-            covs = filters.covs
-        off = np.array(ends) - np.mean(ends, axis=0)
-        square = np.einsum("oni,nij,onj->on", off, np.linalg.inv(covs), off) / 3
-        spreads.append(np.sqrt(square.mean(axis=0)))
-    spread = np.concatenate(spreads)
-    return {
-        "cameras": arc_name,
-        "points": len(spread),
-        "spread, sd (median)": f"{np.median(spread):.1e}",
-        "spread, sd (99 %)": f"{np.quantile(spread, 0.99):.1e}",
-        "beyond .1 sd, share": round(float((spread > 0.1).mean()), 4),
-    }
-
-
-def _times(seed: int) -> Iterator[dict[str, Cell]]:
-    """Processor time of a view, early and late, of ten thousand points."""
-    rng = np.random.default_rng(seed)
-    P = rig(rng, 2 * np.pi, LONG)
-    _, uv, cov = pictured(rng, MANY, P)
-    filters, seconds = PointFilters(MANY), []
-    for v in range(LONG):
-        start = process_time()
-        filters.add(P[v], uv[:, v], cov[:, v], np.ones(MANY, np.bool_))
-        seconds.append(process_time() - start)
-    for first, last in ((2, 10), (10, 30), (LONG - 20, LONG)):
-        milliseconds = [1e3 * s for s in seconds[first:last]]
-        figures = median_and_spread(milliseconds, digits=1)
-        yield {"views": f"{first} to {last}", **{f"ms a view, {k}": v for k, v in figures.items()}}
-
-
 def measure(settings: Settings) -> Report:
-    """Errors against views beside the fit, NEES, divergences; the spread of orders; times."""
-    worlds = settings.number(WORLDS)
-    seeds = range(settings.first, settings.first + worlds)
-    few = range(settings.first, settings.first + max(1, worlds // 10))
-    rows = [row for name in ARCS for row in _by_views(name, seeds)]
-    orders = [_orders(name, few) for name in ARCS]
+    """Compare errors with the fit after each number of views."""
+    seeds = settings.seeds(WORLDS)
+    rows = tuple(row for name in ARCS for row in _by_views(name, seeds))
     return Report(
         NAME,
-        (
-            Table("after so many views", tuple(rows)),
-            Table("twenty orders of 24 views", tuple(orders)),
-            Table("ten thousand points, one view", tuple(_times(settings.first))),
-        ),
-        {"worlds": worlds, "points a world": POINTS, "pixel sd": PIXEL_SD},
+        (Table("after so many views", rows),),
+        {"worlds": len(seeds), "points a world": POINTS, "pixel sd": PIXEL_SD},
     )

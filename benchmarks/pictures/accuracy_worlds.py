@@ -26,8 +26,6 @@ from facetlog.robot.rendering.rays import first_hits, seen_by
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["NAME", "Areas", "Surface", "areas", "measure", "true_surface"]
-
 NAME = "accuracy_worlds"
 SEEDS = 20
 WORLDS = ("block", "table", "chair", "desk", "stool", "bench", "shelf", "cabinet")

@@ -6,8 +6,6 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Polygon"]
-
 SAMPLES = 400  # of a face, about
 
 

@@ -26,26 +26,6 @@ from facetlog.robot.rendering.world import Floor, Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
 
-__all__ = [
-    "BOX",
-    "OPEN",
-    "SAME_FRAME",
-    "Run",
-    "Score",
-    "Shape",
-    "Trial",
-    "counted",
-    "in_frame",
-    "in_metres",
-    "in_steps",
-    "recognised",
-    "score",
-    "summary",
-    "tour_views",
-    "tried",
-    "true_block",
-]
-
 BOX, OPEN, NOTHING = "box", "box is open", "nothing"
 # A sixth of the shortest true edge: far above the errors of a corner that is right, and nearer
 # to it than the middle of an edge, where print may have corners of its own.

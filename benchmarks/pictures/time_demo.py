@@ -20,8 +20,6 @@ from benchmarks.common import Cell, Report, Row, Settings, Table, median_and_spr
 from facetlog.perception.step_clock import StepClock, StepTime
 from facetlog.pipeline import FrontEnd
 
-__all__ = ["NAME", "TimedRun", "measure", "timed_run"]
-
 NAME = "time_demo"
 RUNS = 7
 SEED = 0

@@ -1,4 +1,4 @@
-"""How long does it take to filter points: by filterpy's class in a loop, one by one, all at once?
+"""How long does it take to filter points: by filterpy's class in a loop, and all at once?
 
 CPU time of this process; OMP_NUM_THREADS=1 keeps it to one thread.
 """
@@ -11,13 +11,10 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from benchmarks.common import Report, Row, Settings, Table, median_and_spread
 from facetlog.perception.estimation.point_filter import (
-    estimate_point,
     estimate_points,
     ray_measurement,
 )
-from facetlog.perception.types import FloatArray, Observation
-
-__all__ = ["NAME", "measure"]
+from facetlog.perception.types import FloatArray
 
 NAME = "time_estimation"
 POINTS, VIEWS = 10_000, 24
@@ -62,14 +59,6 @@ def by_filterpy(P: FloatArray, uv: FloatArray) -> None:
             )
 
 
-def one_by_one(P: FloatArray, uv: FloatArray) -> None:
-    """`estimate_point` in a loop."""
-    noise = PIXEL_SD**2 * np.eye(2)
-    projections = list(P)
-    for pixels in uv:
-        estimate_point([Observation(v, p, noise) for v, p in enumerate(pixels)], projections)
-
-
 def at_once(P: FloatArray, uv: FloatArray) -> None:
     """`estimate_points`."""
     cov = np.broadcast_to(PIXEL_SD**2 * np.eye(2), (*uv.shape, 2))
@@ -78,7 +67,6 @@ def at_once(P: FloatArray, uv: FloatArray) -> None:
 
 WORK: dict[str, Callable[[FloatArray, FloatArray], None]] = {
     "filterpy, plain recursion": by_filterpy,
-    "estimate_point in a loop": one_by_one,
     "estimate_points": at_once,
 }
 

@@ -2,14 +2,11 @@
 
 Views of the demo's block, rendered in 640 x 480, are enlarged to 12 megapixels, given noise and
 written as JPEG files; a process of its own, held to one core, reads and recognises them. Wanted:
-1.5 s of CPU a view, and 1.5 GB for 200 of them. Then fewer views are rendered at that size: how far
-are the corners from the true ones, measured in the pictures as they are kept, and as stored?
+1.5 s of CPU a view, and 1.5 GB for 200 of them.
 """
 
 import tempfile
-from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -18,17 +15,13 @@ import numpy as np
 
 from benchmarks.common import Report, Row, Settings, Table
 from benchmarks.pictures.time_demo import TimedRun, timed_run
-from facetlog.perception.reading.read_views import read_views
-from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.types import FloatArray, Pose, View
+from facetlog.perception.types import Pose, View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.recording import Format, write_views
+from facetlog.robot.recording import write_views
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import ring_poses, tour_camera, tour_poses
-
-__all__ = ["NAME", "measure"]
 
 NAME = "time_large"
 VIEWS = 200
@@ -36,8 +29,6 @@ SIZE = (4000, 3000)
 SEED = 0
 NOISE_SD = 5.0  # grey levels, as the rendered pictures have
 JPEG_QUALITY = 90
-ACCURACY_SEEDS = range(2)
-ACCURACY_VIEWS = slice(None, None, 2)  # of the paper's tour
 HEIGHTS = (0.35, 0.7, 1.05)  # of the ring's radius
 WANTED_S, WANTED_MB = 1.5, 1500.0
 
@@ -50,13 +41,9 @@ def measure(settings: Settings) -> Report:
         _write_large(folder, count)
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
             run = process.submit(timed_run, folder, FrontEnd.LINES).result()
-    rows = [row for seed in ACCURACY_SEEDS for row in _accuracy(seed)]
     return Report(
         NAME,
-        (
-            Table(f"{count} views of {SIZE[0]} x {SIZE[1]}", (_cost(run, count),)),
-            Table("Corners in pictures rendered at that size", tuple(rows)),
-        ),
+        (Table(f"{count} views of {SIZE[0]} x {SIZE[1]}", (_cost(run, count),)),),
         {"views": count, "seed": SEED},
         (f"Wanted: {WANTED_S:g} s of CPU a view, {WANTED_MB:g} MB for {VIEWS} views.",),
     )
@@ -97,39 +84,3 @@ def _cost(run: TimedRun, count: int) -> Row:
         "verdict CPU s": round(verdict, 2),
         "peak memory MB": None if run.peak_mb is None else round(run.peak_mb),
     }
-
-
-def _accuracy(seed: int) -> Iterator[Row]:
-    world = make_world("block", seed)
-    truth = np.array(world.truth.solids[0].vertices)
-    poses = tour_poses()[ACCURACY_VIEWS]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        rendered = views_of(world, poses, tour_camera().resized(*SIZE), seed=seed)
-        write_views(folder, rendered, layout=Format.TRANSFORMS)
-        kept = read_views(folder).views
-        for what, views in (("as kept", [replace(v, stored=None) for v in kept]), ("stored", kept)):
-            off = _corner_errors(views, rendered, truth)
-            yield {
-                "seed": seed,
-                "measured in pictures": what,
-                "corners": len(off),
-                "median px": round(float(np.median(off)), 3),
-                "of 90 % px": round(float(np.quantile(off, 0.9)), 3),
-            }
-
-
-def _corner_errors(
-    views: Sequence[View], rendered: Sequence[View], truth: FloatArray
-) -> FloatArray:
-    """Distances (n,) of all observed corners from the true one, in px of the large pictures."""
-    scene = reconstruct(views, name=NAME)
-    errors = []
-    for vertex in scene.vertices:
-        point = truth[np.linalg.norm(truth - vertex.point, axis=1).argmin()]
-        for seen in vertex.observations:
-            large, view = rendered[seen.view], views[seen.view]
-            place = seen.resized(np.array(SIZE) / view.stored_size).uv
-            h = large.projection @ np.append(point, 1.0)
-            errors.append(float(np.linalg.norm(place - h[:2] / h[2])))
-    return np.array(errors)

@@ -32,19 +32,6 @@ from facetlog.pipeline import open_models, recognize_views
 from facetlog.robot.collecting.next_stop import Chosen, Finished
 from facetlog.stream import Goal
 
-__all__ = [
-    "NAME",
-    "WAYS",
-    "WORLDS",
-    "Trial",
-    "explored",
-    "lead_of",
-    "measure",
-    "random_views",
-    "report",
-    "trials_of",
-]
-
 NAME = "accuracy_explore"
 SEEDS = 10
 # Worlds, and the name that `until` asks for there.

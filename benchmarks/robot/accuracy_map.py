@@ -42,19 +42,6 @@ from facetlog.robot.rendering.views import views_of, with_drift
 from facetlog.robot.rendering.worlds import INCH
 from facetlog.robot.tour import tour_camera
 
-__all__ = [
-    "MAST",
-    "NAME",
-    "NOISE",
-    "Outcome",
-    "measure",
-    "off_truth",
-    "outcome",
-    "report",
-    "shared_plan",
-    "within_gate",
-]
-
 NAME = "accuracy_map"
 SEEDS = 20
 # Views of each thing on the two visits: the second one looks at every other thing.

@@ -43,8 +43,6 @@ from facetlog.robot.rendering.worlds import (
 from facetlog.robot.simulator.body import STEP, Body, MotionErrors
 from facetlog.robot.tour import tour_camera
 
-__all__ = ["KEEP_OUT", "ExploredWorld", "OdometryRobot"]
-
 KEEP_OUT = 0.75
 """How near the robot may come, m: the inner ring is then as far off as the paper's tour."""
 # The planner's clearance, and what is kept free besides, m: as in a collection.

@@ -4,8 +4,6 @@ from facetlog.robot.pioneer.packets.reports import ServerInformation, SonarReadi
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["report_of"]
-
 MOTORS_ON = 1
 
 

@@ -17,8 +17,6 @@ from facetlog.robot.rendering.varied import VARIED
 from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["FEWEST", "MOST", "Room", "TrueThing", "make_room"]
-
 FEWEST, MOST = 4, 8
 # The world of which each kind is in `world_truth`, and the name of its solids in VARIED.
 KINDS = {"block": "boxes", "table": "tables", "chair": "chairs", "stool": "stool", "desk": "desk"}

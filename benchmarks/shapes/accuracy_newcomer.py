@@ -20,8 +20,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = ["NAME", "Trial", "best_verdict", "decided_by", "measure", "tried"]
-
 NAME = "accuracy_newcomer"
 MODELS = {
     "bed": "bed",

@@ -24,8 +24,6 @@ from benchmarks.shapes.shape_judging import (
 )
 from facetlog.batch.confusion import Proportion
 
-__all__ = ["NAME", "TEXTS", "measure", "recall"]
-
 NAME = "accuracy_plain"
 FOLDER = Path(__file__).resolve().parent / "plain_texts"
 TEXTS = ("faces", "pieces", "space", "twelve")

@@ -21,8 +21,6 @@ from facetlog.prototype.objective import EXPECTED
 from facetlog.prototype.search import searched
 from facetlog.prototype.workbench import Workbench
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_prototypes"
 EFFORT = 240
 

@@ -27,8 +27,6 @@ from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.perception.types import FloatArray
 
-__all__ = ["NAME", "measure"]
-
 NAME = "accuracy_scans"
 BOX = "box"
 NOT_COUNTED = (*LISTED_APART, *PERHAPS_BOXES)

@@ -32,8 +32,6 @@ from facetlog.batch.confusion import Confusion, Proportion
 from facetlog.batch.labels import read_labels
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = ["NAME", "file_tasks", "measure", "own_tasks"]
-
 NAME = "accuracy_shapes"
 SETS = (
     ("meshes", "Upright meshes"),

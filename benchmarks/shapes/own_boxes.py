@@ -13,8 +13,6 @@ import trimesh
 from benchmarks.shapes.own_solids import block, extruded, joined, moved, rounded_block, tapered
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BOXES", "LEAST_SIDE"]
-
 LEAST_SIDE = 0.12
 """Of the longest side: thinner is a board (rules/box.model)."""
 # What lies on a face, or in it, is this share of the shortest side at most: it is no part of the

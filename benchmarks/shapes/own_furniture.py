@@ -13,8 +13,6 @@ import trimesh
 from benchmarks.shapes.own_boxes import LEAST_SIDE
 from benchmarks.shapes.own_solids import bar, block, extruded, hull, joined, moved, ring_points
 
-__all__ = ["CHAIRS", "NONE_OF_THESE", "TABLES"]
-
 Mesh = trimesh.Trimesh
 Maker = Callable[[np.random.Generator], Mesh]
 

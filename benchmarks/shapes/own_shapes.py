@@ -14,8 +14,6 @@ from benchmarks.shapes.own_boxes import BOXES, Maker
 from benchmarks.shapes.own_furniture import CHAIRS, NONE_OF_THESE, TABLES
 from facetlog.perception.types import FloatArray
 
-__all__ = ["KINDS", "OWN_SHAPES", "OwnShape", "own_shape"]
-
 OWN_SHAPES = 200
 REACH = 3.0  # of the shape's size: how far from the origin it is put
 

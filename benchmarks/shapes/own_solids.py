@@ -13,19 +13,6 @@ from numpy.typing import ArrayLike
 
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "bar",
-    "block",
-    "extruded",
-    "hull",
-    "joined",
-    "moved",
-    "rectangle",
-    "ring_points",
-    "rounded_block",
-    "tapered",
-]
-
 BALL_SUBDIVISIONS = 2  # 162 corners of a rounded block's edges' balls
 
 

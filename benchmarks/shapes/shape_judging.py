@@ -28,22 +28,6 @@ from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = [
-    "CLASSES",
-    "COUNTED_AS",
-    "LISTED_APART",
-    "PERHAPS_BOXES",
-    "Judged",
-    "Task",
-    "confusion",
-    "is_held_out",
-    "judged_all",
-    "judged_by",
-    "judged_by_each",
-    "noisy_cloud",
-    "scene_of",
-]
-
 CLASSES = ("chair", "table", "box")
 # What is borderline is listed apart, and what may be a plain cuboid may be answered box.
 LISTED_APART = (

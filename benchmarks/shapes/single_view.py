@@ -18,8 +18,6 @@ from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.reading.shape_files.meshes.mesh_files import Mesh
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LONGEST_M", "beyond_a_box", "single_view"]
-
 WIDTH, HEIGHT, FOCAL_PX = 320, 240, 292.5
 BASE_M, DISPARITY_STEP_PX = 0.075, 0.125
 LONGEST_M = 0.5

@@ -18,8 +18,6 @@ from benchmarks.common import Report, Row, Settings, Table
 from facetlog.perception.reading.shape_files.meshes.mesh_files import read_mesh
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
-__all__ = ["NAME", "measure", "table_mesh"]
-
 NAME = "time_mesh"
 REPEATS = 3
 # A table's 60 triangles, each cut into four so many times: 15,360 and 983,040.

@@ -1,7 +1,6 @@
 """What differs between two tables of results."""
 
 from copy import deepcopy
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,11 +8,8 @@ import pytest
 from facetlog.batch.compare import (
     Comparison,
     check_alike,
-    older_rows,
     read_as_then,
-    were_crisp,
 )
-from facetlog.batch.output import write_rows
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
@@ -50,10 +46,6 @@ def test_states_and_degrees_that_differ_are_changes(change: dict[str, Any], now:
     assert _changed(**change) == [("t1", "table", "fails 0 %", now)]
 
 
-def test_verdicts_that_came_or_went_are_changes() -> None:
-    assert [c[2:] for c in _changed(thing="t2")] == [("fails 0 %", ""), ("", "fails 0 %")]
-
-
 def test_an_error_is_a_change_and_a_new_scene_is_none() -> None:
     row = fake_row(PATH, ())
     comparison = Comparison({PATH: row, "absent": fake_row("absent", ())})
@@ -64,12 +56,6 @@ def test_an_error_is_a_change_and_a_new_scene_is_none() -> None:
     assert list(comparison.lines())[-1] == (
         "1 verdict of 1 scene differs, of 2 compared; 1 scene is new"
     )
-
-
-def test_a_table_without_rows_cannot_be_compared_with(tmp_path: Path) -> None:
-    write_rows(tmp_path / "t.csv", [])
-    with pytest.raises(InputError, match="has no rows"):
-        older_rows(tmp_path / "t.csv")
 
 
 def test_rows_that_were_read_otherwise_are_counted_not_compared() -> None:
@@ -107,10 +93,3 @@ def test_scenes_that_are_all_read_otherwise_are_refused() -> None:
     check_alike(items[2:], Settings(crisp=True), old)
     with pytest.raises(InputError, match="other options: degrees, now crisp: leave those out"):
         check_alike(items, Settings(crisp=True), old)
-
-
-def test_rows_are_crisp_if_all_are() -> None:
-    crisp, other = fake_row("a", (), "up=z unit=m crisp"), fake_row("b", ())
-    assert were_crisp({"a": crisp})
-    assert not were_crisp({"a": crisp, "b": other})
-    assert not were_crisp({})

@@ -1,12 +1,9 @@
 """The confusion matrix: what is counted, and what the shares are of."""
 
-from collections import Counter
-
 import pytest
 
 from facetlog.batch.confusion import Confusion, Proportion, answer
 from facetlog.batch.labels import Label, truths
-from facetlog.batch.outcome import Outcome
 from facetlog.batch.rows import Row
 
 CLASSES = ("chair", "table", "box")
@@ -84,31 +81,9 @@ def test_shares_are_of_what_was_counted() -> None:
     assert sum(sum(row.values()) for row in data["matrix"].values()) == 9
 
 
-def test_nothing_counted_is_said() -> None:
-    assert list(_counted().lines()) == ["no scene with a label was counted"]
-
-
 def test_the_interval_is_wilsons() -> None:
     # Newcombe 1998, table I: 81 of 263, method 3
     low, high = Proportion(81, 263).interval or (0.0, 0.0)
     assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
     assert Proportion(0, 0).interval is None
     assert str(Proportion(0, 0)) == "–"
-
-
-def test_the_header_counts_what_the_matrix_counts() -> None:
-    cases = [
-        ("chair", _row("a", desk=0.9, table=0.8, chair=0.4)),
-        ("table", _row("b", table=0.8)),
-        ("box", _row("c", desk=0.9)),
-        ("box", _row("d", error="no")),
-    ]
-    confusion = Confusion({row["path"]: Label(row["path"], label) for label, row in cases}, CLASSES)
-    outcome = Outcome(confusion)
-    rows = [{**row, "model": "desk" if row["path"] in "ac" else row["path"]} for _, row in cases]
-    assert list(outcome.noting(rows)) == rows
-    given: Counter[str] = Counter()
-    for (_, answered), count in confusion.counts.items():
-        given[answered] += count
-    assert given.pop("error") == len(outcome.errors) == 1
-    assert outcome.models == given == {"table": 2, "none": 1}

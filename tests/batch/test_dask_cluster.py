@@ -18,11 +18,10 @@ import pytest
 
 from facetlog.batch import dask_cluster
 from facetlog.batch.content import content_hash
-from facetlog.batch.dask_cluster import package_of, work
-from facetlog.batch.engine import SceneEngine
+from facetlog.batch.dask_cluster import work
 from facetlog.batch.output import read_rows
 from facetlog.batch.pool import Pool, Task
-from facetlog.batch.settings import Item, Settings
+from facetlog.batch.settings import Settings
 from facetlog.cli import main
 from facetlog.errors import EngineError, InputError
 from facetlog.perception.surfaces.exact_solids.polyhedra import chair, cuboid, table
@@ -77,40 +76,9 @@ def test_a_file_counts_as_there_only_with_the_same_content(tmp_path: Path) -> No
 
 
 @pytest.mark.usefixtures("_engines")
-def test_a_file_that_is_sent_is_read_under_its_own_name() -> None:
-    sent = [{"item": {"path": "gone/bad-1.json"}, "content": b"x"}]
-    assert _told(sent, hash_of(())) == ["gone/bad-1.json: is bad"]
-
-
-def test_errors_name_a_file_as_it_was_given(tmp_path: Path) -> None:
-    (tmp_path / "a.json").write_text("{")
-    item = Item("gone/a.json", file=str(tmp_path / "a.json"))
-    engine = SceneEngine(Settings())
-    try:
-        error = engine.row(item)["error"]
-    finally:
-        engine.close()
-    said = "Invalid JSON: EOF while parsing an object at line 1 column 1"
-    assert error == f"gone/a.json: $: {said}: it is cut short, write the scene again"
-
-
-@pytest.mark.usefixtures("_engines")
 def test_other_models_on_the_cluster_are_refused() -> None:
     with pytest.raises(InputError, match="install the same version there"):
         _told([], "another hash")
-
-
-def test_models_are_sent_with_all_that_they_are_made_of(tmp_path: Path) -> None:
-    (tmp_path / "deep").mkdir()
-    (tmp_path / "slab.model").write_text(MODEL)
-    (tmp_path / "deep" / "block.model").write_text(MODEL.replace("slab", "block"))
-    settings = Settings(models=(str(tmp_path / "slab.model"), str(tmp_path / "deep")))
-    package = package_of(settings)
-    assert package["named"] == ["slab.model", "deep/block.model"]
-    assert package["files"]["slab.model"] == MODEL.encode()
-    unpacked = dask_cluster._unpacked(package, "digest of this test")
-    texts = [Path(path).read_text() for path in unpacked.models]
-    assert texts == [MODEL, MODEL.replace("slab", "block")]
 
 
 class _Slow:
@@ -165,17 +133,6 @@ def test_a_scheduler_that_goes_away_ends_the_run_at_once(
         cluster = dask_cluster.Cluster(_Slow(1), Settings(), pool, "tcp://a:1")
         with pytest.raises(EngineError, match="the cluster went away"):
             list(cluster.answers(tasks))
-
-
-def test_no_scheduler_at_the_address_is_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 0.5)
-    (item,) = scene_files(tmp_path, "box-1")
-    with fake_workers():
-        assert main(["classify", item.path, "--dask", "tcp://127.0.0.1:1"]) == 2
-    assert "no scheduler answers there" in capsys.readouterr().err
 
 
 @contextmanager

@@ -50,16 +50,6 @@ def test_both_questions_are_answered_of_the_verdict_in_the_row(
     assert again["reasons"] == [why]
 
 
-def test_a_model_that_holds_as_well_is_not_told_to_be_missing(
-    tmp_path: Path, engine: SceneEngine
-) -> None:
-    write_scene(cuboid(), tmp_path / "c.json")
-    item = Item(str(tmp_path / "c.json"))
-    row = engine.row(item)
-    told = explained(item, SETTINGS, _mistaken(row, "box", "none"))
-    assert told["reasons"] == []
-
-
 def test_what_cannot_be_told_is_said_in_place_of_the_reason(
     tmp_path: Path, engine: SceneEngine
 ) -> None:

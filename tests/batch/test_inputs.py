@@ -1,8 +1,6 @@
 """Which files are meant by what is given."""
 
-import io
 import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -50,16 +48,6 @@ def test_what_a_run_wrote_is_one_scene_and_other_files_beside_it_are_scenes(fold
     assert scene_paths(("runs/block/faces.ply",)) == ("runs/block/faces.ply",)
 
 
-def test_a_link_to_a_file_is_that_file(folder: Path) -> None:
-    (folder / "z.json").symlink_to("a.json")
-    assert scene_paths(("z.json", "a.json")) == ("z.json",)
-
-
-def test_a_file_may_be_called_like_a_glob(folder: Path) -> None:
-    (folder / "[ab].json").touch()
-    assert scene_paths(("[ab].json",)) == ("[ab].json",)
-
-
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
     ("sources", "says"),
@@ -72,21 +60,6 @@ def test_a_file_may_be_called_like_a_glob(folder: Path) -> None:
 def test_sources_that_find_nothing_are_refused(sources: tuple[str, ...], says: str) -> None:
     with pytest.raises(InputError, match=says):
         scene_paths(sources)
-
-
-def test_a_list_names_a_file_a_line(folder: Path) -> None:
-    (folder / "list").write_bytes(b"# mine\na.json\r\n\n b.json\nna\xefve.json")
-    assert paths_listed("list") == ("a.json", " b.json", os.fsdecode(b"na\xefve.json"))
-
-
-def test_a_list_comes_from_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"a.json\nb.json\n")))
-    assert paths_listed("-") == ("a.json", "b.json")
-
-
-def test_a_list_that_is_not_there_is_one_line() -> None:
-    with pytest.raises(InputError, match="absent: the list cannot be read"):
-        paths_listed("absent")
 
 
 @pytest.mark.parametrize("name", ["pipe", "/dev/zero"])

@@ -1,11 +1,8 @@
 """The journal: nothing is lost, nothing is there twice, and no other run is mixed in."""
 
 import errno
-import fcntl
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from facetlog.batch.journal import Journal, check_not_in_use, journal_path
+from facetlog.batch.journal import Journal, check_not_in_use
 from facetlog.batch.rows import COLUMNS
 from facetlog.errors import InputError
 
@@ -33,18 +30,6 @@ def _written(path: Path, names: tuple[str, ...] = NAMES) -> Journal:
     for name in names:
         journal.append(name, _line(name))
     return journal
-
-
-def test_the_journal_is_beside_the_output() -> None:
-    assert journal_path(Path("a/b.parquet")) == Path("a/b.parquet.partial")
-
-
-def test_rows_come_in_any_order_asked_and_as_often(tmp_path: Path) -> None:
-    with _written(tmp_path / "j") as journal:
-        for _ in range(2):
-            assert [row["path"] for row in journal.rows("cab")] == ["c", "a", "b"]
-        assert "a" in journal
-        assert "z" not in journal
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -81,13 +66,6 @@ def test_another_run_does_not_go_on_with_it(
     with pytest.raises(InputError, match=says):
         Journal.opened(tmp_path / "j", run, read_as)
     assert (tmp_path / "j").read_bytes() == before
-
-
-def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "j").write_text("my thesis\n")
-    with pytest.raises(InputError, match="is no journal of classify"):
-        Journal.opened(tmp_path / "j", RUN, {})
-    assert (tmp_path / "j").read_text() == "my thesis\n"
 
 
 @pytest.mark.parametrize(
@@ -141,36 +119,6 @@ def test_a_run_removes_its_own_journal_alone(tmp_path: Path) -> None:
             second.remove()
 
 
-def test_a_journal_removed_while_it_is_waited_for_is_made_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "j"
-    _written(path).close()
-    real, paths = fcntl.flock, [path]
-
-    def late(descriptor: int, kind: int) -> None:
-        real(descriptor, kind)
-        if paths:  # the run that had it ended in between
-            paths.pop().unlink()
-
-    monkeypatch.setattr("facetlog.batch.journal.fcntl.flock", late)
-    with Journal.opened(path, RUN, {}) as journal:
-        journal.append("a", _line("a"))
-    assert path.read_bytes().count(b"\n") == 2
-
-
-def test_to_start_over_throws_no_file_of_others_away(tmp_path: Path) -> None:
-    (tmp_path / "j").write_text("my thesis\n")
-    with pytest.raises(InputError, match="is no journal of classify"):
-        Journal.opened(tmp_path / "j", RUN, {}, afresh=True)
-    assert (tmp_path / "j").read_text() == "my thesis\n"
-
-
-def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be written: No such file"):
-        Journal.opened(tmp_path / "absent" / "j", RUN, {})
-
-
 def test_a_full_disk_keeps_the_rows_so_far_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,29 +138,3 @@ def test_a_full_disk_keeps_the_rows_so_far_and_says_so(
         assert [row["path"] for row in journal.rows("ag")] == ["a", "g"]
     with Journal.opened(tmp_path / "j", RUN, {}) as journal:
         assert len(journal) == 7
-
-
-def test_a_limit_of_the_system_keeps_the_rows_so_far(tmp_path: Path) -> None:
-    code = (
-        "import resource, sys; from pathlib import Path;"
-        "from facetlog.batch.journal import Journal; from facetlog.errors import InputError\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (7000, 7000))\n"
-        "journal = Journal.opened(Path(sys.argv[1]), {'models': 'abc'}, {})\n"
-        "try:\n"
-        "    for i in range(100):\n"
-        "        line = sys.argv[2].replace('NAME', str(i)).encode()\n"
-        "        journal.append(str(i), line)\n"
-        "except InputError as exc: print(exc)\n"
-    )
-    paths = os.pathsep.join(path for path in sys.path if path)
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "j"), _line("NAME").decode()],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONPATH": paths},
-    )
-    assert "File too large" in done.stdout
-    with Journal.opened(tmp_path / "j", RUN, {}) as journal:
-        assert 5 < len(journal) < 100
-        assert [row["path"] for row in journal.rows("01")] == ["0", "1"]

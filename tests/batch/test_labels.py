@@ -7,11 +7,8 @@ import pytest
 from facetlog.batch.labels import (
     Label,
     Truth,
-    check_model_names,
     classes_labelled,
-    classes_named,
     read_labels,
-    truths,
     unknown_labels,
 )
 from facetlog.errors import InputError
@@ -60,12 +57,6 @@ def test_a_table_that_cannot_be_used_is_one_line(text: str, says: str, tmp_path:
         read_labels(_table(tmp_path, text))
 
 
-def test_cells_may_be_separated_as_spreadsheets_do(tmp_path: Path) -> None:
-    for between in ";\t,":
-        path = _table(tmp_path, f"file{between}label\na{between}box\n")
-        assert [label.label for label in read_labels(path).values()] == ["box"]
-
-
 def test_labels_that_are_no_models_are_named_with_what_was_meant() -> None:
     models = ("box", "table", "step_stool")
     labels = ("box", "none", "Box", "tabel", "step stool", "near table", "lamp", "desk")
@@ -73,51 +64,6 @@ def test_labels_that_are_no_models_are_named_with_what_was_meant() -> None:
     meant = [line.partition("mean ")[2].partition("?")[0] for line in said[:-1]]
     assert meant == ["box", "table", "step_stool"]
     assert said[-1].endswith("none: near table, lamp")
-
-
-def test_a_model_is_not_called_as_what_is_no_model() -> None:
-    check_model_names(["box"])
-    for name in ("none", "error"):
-        with pytest.raises(InputError, match=name):
-            check_model_names(["box", name])
-
-
-def test_a_table_that_is_not_there_or_no_text_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_labels(tmp_path / "absent.csv")
-    (tmp_path / "labels.csv").write_bytes(b"file,label\n\xff,\xfe\n")
-    with pytest.raises(InputError, match="is no UTF-8 text"):
-        read_labels(tmp_path / "labels.csv")
-
-
-def test_labels_count_as_they_are_told_to() -> None:
-    given = ["armchair=chair", "desk=", "cabinet=none|box"]
-    found = truths(given, ["chair", "box"])
-    assert found == {
-        "armchair": Truth("chair"),
-        "desk": Truth(None),
-        "cabinet": Truth("none", frozenset({"box"})),
-    }
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("desk", "write LABEL=CLASS"),
-        ("=chair", "write LABEL=CLASS"),
-        ("desk=sofa", "sofa is none of the classes chair, none"),
-    ],
-)
-def test_a_way_to_count_that_cannot_be_is_refused(text: str, says: str) -> None:
-    with pytest.raises(InputError, match=f"--count-as {text}: {says}"):
-        truths([text], ["chair"])
-
-
-def test_classes_are_models_that_are_there() -> None:
-    assert classes_named(" box,chair,,box", ("chair", "table", "box")) == ("box", "chair")
-    assert classes_named("", ("chair",)) == ()
-    with pytest.raises(InputError, match="--classes: sofa is no model; there are chair, box"):
-        classes_named("box,sofa", ("chair", "box"))
 
 
 def test_models_that_are_labels_or_what_labels_count_as_can_be_the_answer() -> None:

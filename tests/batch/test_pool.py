@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.batch.memory import share_mb
 from facetlog.batch.pool import Pool, Task
 from facetlog.batch.settings import Item, Settings
-from facetlog.errors import EngineError, InputError, RuleSyntaxError
+from facetlog.errors import EngineError, RuleSyntaxError
 from tests.batch.fake_worker import PAUSE
 from tests.batch.fakes import fake_workers, scene_files
 
@@ -49,12 +48,6 @@ def test_a_scene_at_which_workers_die_has_an_error_and_costs_no_other(tmp_path: 
     assert [rows[n]["model"] for n in ("box-1", "table-1", "chair-1")] == ["box", "table", "chair"]
 
 
-def test_a_scene_at_which_a_worker_died_once_is_tried_again(tmp_path: Path) -> None:
-    rows = _rows(scene_files(tmp_path, "once-1", "box-1"), count=1)
-    assert rows["once-1"]["error"] is None
-    assert rows["box-1"]["model"] == "box"
-
-
 @pytest.mark.slow
 def test_a_scene_that_takes_too_long_has_an_error_and_costs_no_other(tmp_path: Path) -> None:
     items = scene_files(tmp_path, *(f"box-{i}" for i in range(5)), "slow-1", "table-1")
@@ -88,26 +81,6 @@ def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:
         Pool(Settings(models=("refused",)))
 
 
-def test_a_worker_that_cannot_start_is_an_error_of_the_engine() -> None:
-    with pytest.raises(EngineError, match="could not start, 3 times: ended with code 3"):
-        Pool(Settings(models=("dead",)))
-
-
-def test_no_workers_are_refused() -> None:
-    with pytest.raises(InputError, match="0 workers"):
-        Pool(Settings(), 0)
-
-
-def test_no_process_outlives_its_pool(tmp_path: Path) -> None:
-    with Pool(Settings(), 2) as pool:
-        list(pool.answers(map(Task, scene_files(tmp_path, "box-1"))))
-        ids = [worker.popen.pid for worker in pool._crew]
-    assert len(ids) == 2
-    for process in ids:
-        with pytest.raises(ProcessLookupError):
-            os.kill(process, 0)
-
-
 def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> None:
     with Pool(Settings(), 1) as pool:
         answers = pool.answers(map(Task, scene_files(tmp_path, "box-1", "slow-1")))
@@ -115,15 +88,6 @@ def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> 
         ids = [worker.popen.pid for worker in pool._crew]
     with pytest.raises(ProcessLookupError):
         os.kill(ids[0], 0)
-
-
-def test_a_worker_killed_while_it_starts_is_replaced(tmp_path: Path) -> None:
-    late = tmp_path / "late"
-    late.write_text("2")
-    with Pool(Settings(models=(str(late),))) as pool:
-        assert pool.models
-        answers = list(pool.answers(map(Task, scene_files(tmp_path, "box-1"))))
-    assert [answer.failed for answer in answers] == [False]
 
 
 def test_workers_killed_while_they_replace_another_are_replaced(tmp_path: Path) -> None:
@@ -154,15 +118,3 @@ def test_a_worker_whose_memory_ran_out_is_replaced_and_its_next_scenes_lose_noth
     assert [rows[name]["error"] is None for name in ("box-1", "full-1", "full-2", "table-1")] == [
         *(True, False, False, True)
     ]
-
-
-def test_workers_share_the_memory_unless_it_is_said() -> None:
-    with Pool(Settings(), 2) as pool:
-        assert pool._settings.memory_mb == share_mb(2)
-    with Pool(Settings(memory_mb=500)) as pool:
-        assert pool._settings.memory_mb == 500
-
-
-def test_less_memory_than_a_worker_needs_is_refused() -> None:
-    with pytest.raises(InputError, match="--memory 100: give 400 MB or more"):
-        Settings(memory_mb=100)

@@ -6,15 +6,10 @@ from typing import Any
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.row_records import RowRecord, row_from
-from facetlog.batch.rows import COLUMNS, error_row, run_out
+from facetlog.batch.rows import RowRecord, row_from, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
-
-
-def test_a_row_has_the_columns_that_its_record_has() -> None:
-    assert tuple(RowRecord.model_fields) == COLUMNS
 
 
 def test_a_row_comes_back_and_columns_of_others_are_left_out() -> None:
@@ -34,11 +29,6 @@ def test_a_row_that_is_none_is_told_with_its_field(change: dict[str, Any], says:
         row_from({**fake_row(__file__, ()), **change}, "t")
     with pytest.raises(InputError, match="is it a table of classify"):
         row_from(3, "t")
-
-
-def test_a_row_of_an_error_is_a_row() -> None:
-    row = error_row(Item("a.ply", up="z"), Settings(crisp=True), "a.ply: no", models_hash="h")
-    assert row_from(row, "t")["read_as"] == "up=z unit=none crisp"
 
 
 @pytest.mark.parametrize(

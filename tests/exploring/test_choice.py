@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.exploring.choice import beginning, choose
+from facetlog.exploring.choice import Promises, beginning, choose
 from facetlog.exploring.needs import Lack, Needs, Open, SeenThing
-from facetlog.exploring.promise import Promises
 from facetlog.exploring.sides import Sides
 from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.open_lines import UnseenSpace
@@ -126,32 +125,6 @@ def test_a_view_that_shows_nothing_new_is_never_chosen_before_one_that_does() ->
     assert choose([free], _needs(around), CAMERA, [old.pose.centre]) is None
 
 
-def test_of_views_as_good_the_first_is_taken() -> None:
-    around = _around()
-    each = around.candidates(1)[5]
-    twins = [each, replace(each), replace(each)]
-    chosen = choose(twins, _needs(around), CAMERA, [])
-    assert chosen is not None
-    assert chosen.candidate is twins[0]
-
-
-def test_a_view_of_the_same_promise_that_takes_longer_is_not_taken() -> None:
-    around = _around()
-    each = around.candidates(1)[5]
-    chosen = choose([replace(each, seconds=2 * each.seconds), each], _needs(around), CAMERA, [])
-    assert chosen is not None
-    assert chosen.candidate is each
-
-
-def test_what_is_behind_a_wall_promises_nothing_from_before_it() -> None:
-    around = _around()
-    space = _thing(around.target).space
-    assert space is not None
-    before = around.target - np.array([2.0, 0.0, 0.0])
-    assert not space.shown_from(before).any()
-    assert space.shown_from(around.target + np.array([2.0, 0.0, 0.0])).all()
-
-
 @pytest.mark.parametrize(("axis", "sense"), [(0, 1), (0, -1), (1, 1), (2, 1), (2, -1)])
 def test_from_far_away_as_much_shows_as_along_the_axis(axis: int, sense: int) -> None:
     unseen = _thing(np.zeros(3)).space
@@ -160,42 +133,6 @@ def test_from_far_away_as_much_shows_as_along_the_axis(axis: int, sense: int) ->
     place[axis] = 1e4 * sense
     share = float(unseen.shown_from(place).mean())
     assert share == pytest.approx(unseen.space.would_show(axis, sense), abs=1e-6)
-
-
-def test_what_only_space_settles_is_looked_for_where_space_shows() -> None:
-    around = _around()
-    thing = _thing(around.target)
-    assert thing.space is not None
-    before = around.target - np.array([2.0, 0.0, 0.0])
-    candidates = around.candidates(1)
-    for_space = Open("t1", "table", 1.0, lack=frozenset({Lack.SPACE}))
-    chosen = choose(candidates, Needs((for_space,), (thing,)), CAMERA, [before])
-    assert chosen is not None
-    assert thing.space.shown_from(chosen.candidate.pose.centre).any()
-    assert chosen.promise.mass == pytest.approx(chosen.promise.space)
-    # From behind the wall nothing of it shows, however many sides do.
-    blind = [c for c in candidates if not thing.space.shown_from(c.pose.centre).any()]
-    assert choose(blind, Needs((for_space,), (thing,)), CAMERA, [before]) is None
-
-
-def test_space_that_as_many_looks_as_a_face_needs_did_not_measure_promises_no_more() -> None:
-    around = _around()
-    thing = _thing(around.target)
-    behind = [around.target + np.array([2.0, y, 0.5]) for y in (-2.0, 0.0, 2.0)]
-    needs = Needs((Open("t1", "table", 1.0, lack=frozenset({Lack.SPACE})),), (thing,))
-    pose = around.candidates(1)[0].pose
-    before = Promises(needs, CAMERA, behind[:2]).of(replace(pose, centre=behind[2])).space
-    again = replace(pose, centre=around.target + np.array([0.1, 0.0, 2.0]))
-    assert before > 0.1
-    assert Promises(needs, CAMERA, behind).of(again).space < before
-
-
-def test_nothing_undecided_makes_no_view_worth_taking() -> None:
-    around = _around()
-    decided = Needs((), (_thing(around.target),))
-    assert choose(around.candidates(1), decided, CAMERA, []) is None
-    sure = Needs((Open("t1", "table"),), (_thing(around.target),))
-    assert choose(around.candidates(1), sure, CAMERA, []) is None
 
 
 def test_a_poorly_known_pose_promises_less_about_corners() -> None:
@@ -208,26 +145,9 @@ def test_a_poorly_known_pose_promises_less_about_corners() -> None:
     assert 0.0 < unsure < sure < 1.0
 
 
-def test_a_view_that_promises_less_than_is_asked_of_it_is_not_taken() -> None:
-    around = _around()
-    chosen = choose(around.candidates(1), _needs(around), CAMERA, [])
-    assert chosen is not None
-    most = max(mass for _, mass in chosen.among)
-    assert choose(around.candidates(1), _needs(around), CAMERA, [], least=0.9 * most) is not None
-    assert choose(around.candidates(1), _needs(around), CAMERA, [], least=1.1 * most) is None
-
-
 def test_a_face_towards_the_floor_is_lacked_by_nobody() -> None:
     ring = [each.pose.centre for each in _around().candidates(1)[:PLACES]]
     down = np.array([[0.0, 0.0, -1.0], [0.1, 0.0, -0.99]])
     assert Sides(_around().target, down, np.array(ring)).lack == 0.0
     aslant = np.array([[0.8, 0.0, -0.6]])
     assert Sides(_around().target, aslant, np.array(ring[:2])).lack > 0.0
-
-
-def test_once_three_views_looked_at_each_side_none_lacks() -> None:
-    around = _around()
-    bare = Needs.of_nothing(around.target)
-    ring = [each.pose.centre for each in around.candidates(1)[:PLACES]]
-    assert choose(around.candidates(1), bare, CAMERA, ring) is None
-    assert choose(around.candidates(1), bare, CAMERA, ring[:2]) is not None

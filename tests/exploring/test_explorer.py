@@ -7,14 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.errors import DeviceError, EngineError, InputError
+from facetlog.errors import InputError
 from facetlog.exploring.explorer import Explorer
-from facetlog.exploring.needs import Interest, Needs, Open
+from facetlog.exploring.needs import Interest
 from facetlog.judging.view_verdicts import ViewVerdict
-from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
+from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.request import Request
-from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.run import plan_rings
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
@@ -22,9 +21,7 @@ from facetlog.robot.mount.mount import DEFAULT_MOUNT
 from facetlog.robot.pose2 import Pose2
 from facetlog.stream import Goal
 from tests.exploring.explorations import (
-    DECIDED,
     FORBIDDEN,
-    OPEN,
     REACH,
     START,
     TARGET,
@@ -34,7 +31,6 @@ from tests.exploring.explorations import (
     led,
     log_of,
 )
-from tests.robot.collecting.fakes import FakeRobot, FakeState
 
 GOAL = Goal("table", 0.9)
 
@@ -67,24 +63,6 @@ def test_it_explores_until_the_goal_is_reached_and_says_why_each_view(tmp_path: 
     assert nearest > FORBIDDEN[0].radius
 
 
-def test_it_ends_after_the_first_views_where_nothing_is_undecided(tmp_path: Path) -> None:
-    judge = judged(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
-    exploration = Exploration(tmp_path, Explorer(judge, most=24))
-    assert exploration.run().taken == 3
-    assert exploration.stops.reason == "nothing is undecided that was asked"
-
-
-def test_a_goal_that_what_is_measured_rules_out_ends_it_too(tmp_path: Path) -> None:
-    judge = judged(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
-    explorer = Explorer(judge, goal=GOAL, most=24)
-    exploration = Exploration(tmp_path, explorer)
-    assert exploration.run().taken == 3
-    assert not explorer.reached
-    assert exploration.stops.reason == (
-        "table holds to 0%, 90% wanted; nothing is undecided that was asked"
-    )
-
-
 def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     tmp_path: Path,
 ) -> None:
@@ -96,31 +74,6 @@ def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
     assert "another name may stand first by what was not seen (10%)" in exploration.stops.reason
     said = exploration.heard.lines
     assert any("table holds to 95%, 90% wanted; another name" in line for line in said)
-
-
-@pytest.mark.slow
-def test_while_nothing_leads_a_goal_that_is_hardly_likely_takes_no_view_away(
-    tmp_path: Path,
-) -> None:
-    unlikely = (Open("", "table", 0.03), Open("", "box", 1.0), Open("", "", 1.0))
-
-    def judge(views: int) -> ViewVerdict:
-        return ViewVerdict(views, needs=Needs(unlikely, OPEN.things))
-
-    taken = [
-        Exploration(tmp_path / name, Explorer(judged(judge), goal=goal, most=24)).run().taken
-        for name, goal in (("with", GOAL), ("without", None))
-    ]
-    assert taken[0] == taken[1] > 3
-
-
-def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_path: Path) -> None:
-    judge = judged(lambda views: ViewVerdict(views, needs=led(0.6, wrong=0.2 / (views - 2))))
-    exploration = Exploration(tmp_path, Explorer(judge, most=24))
-    assert exploration.run().taken == 6
-    assert exploration.stops.reason == (
-        "table leads, to 60%; another name may stand first by what was not seen (5%)"
-    )
 
 
 def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_it(
@@ -136,65 +89,6 @@ def test_a_name_that_the_views_before_the_last_one_ruled_out_is_not_settled_by_i
     assert exploration.run().taken == 7
     said = exploration.heard.lines
     assert said.count("before this view it was no table: more views are to say which") == 2
-
-
-@pytest.mark.slow
-def test_at_every_view_the_choice_from_the_record_is_that_of_the_run(tmp_path: Path) -> None:
-    def judge(views: int) -> ViewVerdict:
-        if views % 2 and views < 6:
-            return replace(all_open(views), excluded=("table", "desk"))
-        return ViewVerdict(views, needs=led(0.95))
-
-    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
-    assert exploration.run().taken == 7
-    _, taken = read_record(tmp_path)
-    live = Explorer(judged(judge), most=24)
-    for views in range(len(taken) + 1):
-        resumed = Explorer(judged(judge), most=24)
-        lines = [each.next_stop(exploration.around, taken[:views]).line for each in (live, resumed)]
-        assert lines[0] == lines[1]
-        assert (live.settled, live.reached) == (resumed.settled, resumed.reached)
-
-
-def test_a_way_that_was_blocked_makes_no_verdict_agree_with_itself(tmp_path: Path) -> None:
-    def judge(views: int) -> ViewVerdict:
-        excluded = ViewVerdict(views, excluded=("table",))
-        return excluded if views == 3 else ViewVerdict(views, needs=led(0.95))
-
-    exploration = Exploration(tmp_path, Explorer(judged(judge), most=5))
-    assert exploration.run().taken == 5
-    taken = read_record(tmp_path)[1]
-    explorer = Explorer(judged(judge), most=24)
-    explorer.next_stop(exploration.around, taken[:3])
-    for _ in range(2):
-        assert isinstance(explorer.next_stop(exploration.around, taken[:4]), Chosen)
-    assert isinstance(explorer.next_stop(exploration.around, taken[:5]), Finished)
-
-
-def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=40))
-    ended = exploration.run()
-    assert 6 <= ended.taken <= 16
-    assert "is likely to change what is undecided, which is what is there" in (
-        exploration.stops.reason
-    )
-
-
-def test_it_takes_no_more_views_than_it_may(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=4))
-    assert exploration.run().taken == 4
-    assert exploration.stops.reason == "there are 4 views, as many as --max-views allows"
-
-
-def test_views_that_contradict_one_another_are_followed_by_others(tmp_path: Path) -> None:
-    def judge(views: int) -> ViewVerdict:
-        if views == 3:
-            return ViewVerdict(views, fault="view002.png contradicts the others")
-        return ViewVerdict(views, needs=DECIDED)
-
-    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
-    assert exploration.run().taken == 4
-    assert "of 3 views: view002.png contradicts the others" in exploration.heard.lines
 
 
 def test_an_interrupted_exploration_goes_on_where_the_robot_stands(tmp_path: Path) -> None:
@@ -218,37 +112,6 @@ def test_an_interrupted_exploration_goes_on_where_the_robot_stands(tmp_path: Pat
     assert [view.name for view in taken] == [f"view{n:03d}.png" for n in range(1, 7)]
 
 
-def test_a_robot_that_is_stopped_on_the_way_keeps_what_there_is(tmp_path: Path) -> None:
-    robot = FakeRobot(START)
-
-    def pressed(state: FakeState) -> FakeState:
-        return replace(state, front_bumpers=(False, False, state.at > 125.0, False, False))
-
-    robot.faults.append(pressed)
-    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24), robot)
-    ended = exploration.run()
-    assert isinstance(ended.fault, DeviceError)
-    assert 0 < ended.taken < 24
-    assert len(read_record(tmp_path)[1]) == ended.taken
-    assert log_of(tmp_path)[-1]["fault"] == str(ended.fault)
-
-
-def test_without_a_judge_it_ends_and_can_be_resumed(tmp_path: Path) -> None:
-    dead = judged(lambda _: ViewVerdict(0, fault="the process that judges views has died"))
-    exploration = Exploration(tmp_path, Explorer(dead, most=24))
-    with pytest.raises(EngineError, match="has died"):
-        exploration.run()
-    assert "go on with --resume --start" in exploration.heard.lines[-1]
-    assert len(read_record(tmp_path)[1]) == 3
-
-
-def test_rings_of_a_record_keep_out_of_what_blocked_the_last_run(tmp_path: Path) -> None:
-    about = {"explore": Exploration(tmp_path, Explorer(judged(all_open), most=24)).around.to_json()}
-    blocks = [{"result": "blocked", "closed": [float(x), 1.0, 0.3]} for x in range(3)]
-    found = Around.recorded([about, blocks[0], about, {"result": "taken"}, *blocks[1:]])
-    assert found.reach.closed == (*REACH.closed, Circle(1.0, 1.0, 0.3), Circle(2.0, 1.0, 0.3))
-
-
 def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path) -> None:
     tour = Tour("explore", (), TARGET)
     asked = Request("tcp:nobody", tour, tmp_path, None, None, DEFAULT_MOUNT, START)
@@ -264,16 +127,6 @@ def test_who_resumes_elsewhere_has_the_same_places_to_choose_from(tmp_path: Path
     assert places[0] == places[1]
     other = replace(later, tour=Tour("explore", (), TARGET + 0.1))
     assert plan_rings(other, REACH, Pace(), lines).first != began.first
-
-
-def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24))
-    # Whatever ring: all of it is closed.
-    closed = Circle(1.5, 0.0, 5.0)
-    wide = replace(exploration.around, reach=replace(REACH, closed=(closed,)))
-    found = Explorer(judged(all_open), most=24).next_stop(wide, ())
-    assert isinstance(found, Finished)
-    assert "no view of the target can be reached" in found.reason
 
 
 def test_the_rings_are_written_and_read_back(tmp_path: Path) -> None:

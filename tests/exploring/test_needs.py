@@ -54,16 +54,6 @@ def test_what_holds_may_turn_by_an_error_of_measurement() -> None:
     assert _open(_verdict("box", State.HOLDS, 1.0, 1.0, sds=5.0)) == {}
 
 
-def test_what_holds_to_a_degree_by_a_soft_tolerance_is_decided() -> None:
-    assert _open(_verdict("box", State.HOLDS, 0.75, 0.75, sds=6.0)) == {}
-
-
-def test_what_is_open_may_turn_within_its_bounds() -> None:
-    found = _open(_verdict("box", State.UNKNOWN, 0.1, 0.9))["box"]
-    assert found.unseen == pytest.approx(0.8)
-    assert found.lack == {Lack.SIDES}
-
-
 def test_a_name_may_be_wrong_as_far_as_its_sides_were_not_looked_at() -> None:
     box = _verdict("box", State.HOLDS, 0.75, 0.75, confidence=0.75)
     desk = _verdict("desk", State.FAILS, 0.0, 0.0)
@@ -72,13 +62,6 @@ def test_a_name_may_be_wrong_as_far_as_its_sides_were_not_looked_at() -> None:
     assert 0.25 * 0.3 < found["box"].assumed < 0.25 * 0.7
     assert found["desk"].assumed == pytest.approx(found["box"].assumed / 2)
     assert _open(box, desk) == {}
-
-
-def test_of_a_thing_that_nothing_fits_each_model_is_as_likely() -> None:
-    fails = [_verdict(model, State.FAILS, 0.0, 0.0) for model in ("box", "chair")]
-    found = _open(*fails, interest=replace(HERE, places=NOWHERE))
-    assert found["box"].assumed == found["chair"].assumed == pytest.approx(0.5)
-    assert _open(*fails) == {}
 
 
 def _unknown(label: str, detail: Comparison | Note) -> Condition:
@@ -119,30 +102,6 @@ def test_another_name_overtakes_by_what_was_not_seen_but_not_a_special_case_of_t
     assert _needs(table).overtaken == 0.0
 
 
-def test_a_special_case_that_leads_is_what_it_is_a_case_of_too() -> None:
-    lead = Lead("t1", "desk", {"desk": 0.8, "table": 0.9, "box": 0.4}, ("table",))
-    assert (lead.degree_of("desk"), lead.degree_of("table")) == (0.8, 0.9)
-    # It holds, but is not what the thing is said to be.
-    assert lead.degree_of("box") == 0.0
-
-
-def test_what_is_asked_of_a_model_is_also_what_may_topple_the_name_before_it() -> None:
-    box = _verdict("box", State.HOLDS, 0.75, 0.75, confidence=0.75)
-    others = [_verdict(model, State.FAILS, 0.0, 0.0) for model in ("table", "chair")]
-    found = _needs(box, *others, interest=BEFORE).asked_of("table")
-    assert {each.model for each in found.open} == {"box", "table"}
-
-
-def test_once_a_name_leads_an_open_one_counts_as_far_as_it_is_likely() -> None:
-    table = _verdict("table", State.HOLDS, 0.9, 0.9, confidence=0.7)
-    chair = _verdict("chair", State.UNKNOWN, 0.0, 1.0, confidence=0.2)
-    door = _verdict("door", State.UNKNOWN, 0.0, 1.0, confidence=0.001)
-    found = {each.model: each for each in _needs(table, chair, door).of_rivals().open}
-    assert set(found) == {"chair"}
-    assert found["chair"].unseen == 0.2
-    assert _needs(table, chair, door).mass == 2.0
-
-
 def test_a_name_that_was_ruled_out_before_may_be_wrong_as_well_as_right() -> None:
     opened = (Open("t1", "box", assumed=0.02, measured=0.1), Open("t1", "desk", likely=0.01))
     needs = Needs(opened, (), Lead("t1", "box", {"box": 0.9}))
@@ -159,16 +118,3 @@ def test_things_that_stand_elsewhere_leave_all_of_the_target_open() -> None:
     far = replace(HERE, target=MIDDLE + np.array([5.0, 0.0, 0.0]))
     found = _open(_verdict("box", State.HOLDS, 1.0, 1.0), interest=far)
     assert found[""].unseen == 1.0
-
-
-def test_the_thing_at_the_target_is_asked_of_and_not_what_stands_beside_it() -> None:
-    beside = replace(_verdict("chair", State.UNKNOWN, 0.0, 1.0), thing="t2")
-    box = _verdict("box", State.HOLDS, 0.84, 0.84, sds=1.0)
-    assert set(_open(box, beside)) == {"box"}
-
-
-def test_the_corners_of_a_thing_come_with_what_their_faces_face() -> None:
-    (thing,) = _needs(_verdict("box", State.HOLDS, 0.84, 0.84)).things
-    assert thing.corners.shape == (8, 3)
-    # Three faces meet at each corner of a box.
-    np.testing.assert_allclose(np.linalg.norm(thing.facing, axis=2), np.ones((8, 3)))

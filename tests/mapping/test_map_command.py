@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 
 from facetlog.cli import main
-from facetlog.errors import InputError
-from facetlog.mapping.visit import check_aligned, read_visit
 from facetlog.robot.rendering.worlds import INCH
 from tests.mapping.rooms import write_visit
 
@@ -77,17 +75,6 @@ def test_visits_whose_worlds_are_not_known_to_be_one_are_not_merged(
     said = capsys.readouterr().err
     assert "how their worlds lie to each other is not known" in said
     assert "--aligned" in said
-
-
-def test_one_visit_gives_the_world_and_others_state_where_they_began_in_it(
-    two: tuple[Path, Path], tmp_path: Path
-) -> None:
-    write_visit(tmp_path / "c", 0.0, count=1)
-    visits = [read_visit(folder) for folder in (two[0], tmp_path / "c")]
-    check_aligned(visits)
-    check_aligned(visits[:1])
-    with pytest.raises(InputError, match="not known"):
-        check_aligned([*visits, read_visit(two[1])])
 
 
 def test_what_is_no_collection_is_refused(

@@ -4,7 +4,6 @@ import json
 import math
 from pathlib import Path
 
-import cv2
 import jsonschema
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from facetlog.mapping.map_files import write_map
 from facetlog.mapping.map_record import MapRecord
 from facetlog.mapping.moved_thing import Moved
 from facetlog.mapping.room_map import RoomMap
-from facetlog.mapping.room_picture import STOOD
 from facetlog.mapping.same_thing import merged
 from facetlog.mapping.sonar_beams import Beam
 from facetlog.robot.pose2 import Pose2
@@ -119,24 +117,3 @@ def test_its_3d_model_has_each_thing_where_it_is(room: RoomMap, folder: Path) ->
         assert plan.symmetric_difference(thing.best.plan).area < 1e-6
         assert corners[:, 1].max() == pytest.approx(thing.best.high.value)
     assert {"floor_free", "floor_occupied"} <= set(scene.graph.nodes)
-
-
-def test_its_picture_shows_the_things_in_their_places(room: RoomMap, folder: Path) -> None:
-    image = cv2.imread(str(folder / "map.png"))
-    assert image is not None
-    red = (np.abs(image.astype(int) - [40, 40, 190]) < 20).all(axis=2)
-    assert red.sum() > 500
-    pale = (np.abs(image.astype(int) - STOOD) < 5).all(axis=2)
-    # Its outline, the arrow to where it stands, and its sign in the legend.
-    assert pale.sum() > 500
-    assert 0.2 < image.shape[0] / image.shape[1] < 5
-
-
-def test_a_map_of_nothing_is_written_too(tmp_path: Path) -> None:
-    write_map(RoomMap(("empty",), (), floor_grid(Seen()), ((),), ()), tmp_path)
-    assert {path.suffix for path in tmp_path.iterdir()} == {
-        ".png",
-        ".json",
-        ".pgm",
-        ".yaml",
-    }

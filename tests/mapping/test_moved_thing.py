@@ -74,18 +74,6 @@ def test_a_box_where_sonars_pass_now_stands_where_it_was_seen_later() -> None:
     assert moved == [pytest.approx(math.sqrt(5.0), abs=1e-6)]
 
 
-def test_the_thing_keeps_the_sightings_of_where_it_stood() -> None:
-    ((thing,), (moved,)) = without_moved(merged([BOX, LATER])[0], Looks(beams=HEARD + PASSED))
-    assert [seen.source[1] for seen in thing.seen] == ["t2", "t1"]
-    assert moved.now.name == thing.name
-    assert moved.before.best.pose[:2] == pytest.approx(FROM)
-
-
-def test_pictures_of_the_floor_where_it_stood_say_the_same() -> None:
-    assert mapped(BOX, LATER, looks=Looks((ground(SINCE),)))[0] == [TO]
-    assert mapped(BOX, LATER, looks=Looks((ground(BEFORE),)))[0] == [FROM, TO]
-
-
 @pytest.mark.parametrize(
     "looks",
     [
@@ -129,23 +117,3 @@ def test_a_table_stands_on_its_legs_though_the_floor_shows_between_them() -> Non
     later = seen_at((3.2, 1.6), 2, (40.0, 50.0), model="table", size=size)
     assert len(mapped(before, later, looks=Looks((ground(SINCE, hole=0.08),)))[0]) == 2
     assert len(mapped(before, later, looks=Looks((ground(SINCE),)))[0]) == 1
-
-
-def test_a_top_of_which_no_leg_was_seen_is_not_missed_from_the_floor() -> None:
-    high = replace(BOX, low=0.7)
-    assert mapped(high, LATER, looks=Looks((ground(SINCE),)))[0] == [FROM, TO]
-
-
-def test_a_thing_that_was_moved_twice_is_where_it_was_seen_last() -> None:
-    last = seen_at((0.0, -1.0), 3, (70.0, 80.0))
-    looks = Looks((ground(SINCE), ground(60.0)))
-    places, moved = mapped(last, BOX, LATER, looks=looks)
-    assert places == [(0.0, -1.0)]
-    assert len(moved) == 2
-
-
-def test_of_two_that_stood_there_the_one_that_still_does_was_not_moved() -> None:
-    still = seen_at((-0.5, 1.0), 3, (10.0, 20.0))
-    left, moved = without_moved(merged([still, BOX, LATER])[0], Looks(beams=HEARD + PASSED))
-    assert len(left) == 2
-    assert [tuple(each.before.best.pose[:2].round(6)) for each in moved] == [FROM]

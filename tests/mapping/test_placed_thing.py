@@ -1,7 +1,5 @@
 """Things of a scene in the world, and what the robot's own pose leaves open of them."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -36,12 +34,3 @@ def test_an_error_of_the_robots_pose_moves_the_thing_as_a_whole() -> None:
     found = np.cov(np.column_stack([places[:, :2], draws[:, 5]]).T)
     expected = pose_covariance_at(place, [pose], cov[None])
     assert found == pytest.approx(expected, rel=0.1, abs=0.05 * expected.max())
-
-
-def test_of_several_views_the_surest_counts_and_without_any_nothing_is_open() -> None:
-    place = np.array([1.0, 0.0, 0.0])
-    poses = [Pose(np.eye(3), np.array([x, 0.0, 0.0])) for x in (0.0, 0.5)]
-    covs = np.stack([np.diag([s**2] * 3 + [0.0] * 2 + [0.01**2]) for s in (0.02, 0.05)])
-    found = pose_covariance_at(place, poses, covs)
-    assert np.sqrt(np.diag(found)) == pytest.approx([0.02, math.hypot(0.02, 0.01), 0.01])
-    assert not pose_covariance_at(place, (), np.zeros((0, 6, 6))).any()

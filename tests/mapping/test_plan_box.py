@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.mapping.plan_box import HALF_TURN, QUARTER_TURN, plan_box
+from facetlog.mapping.plan_box import plan_box
 from facetlog.perception.types import FloatArray
 
 RING = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
@@ -62,13 +62,6 @@ def test_what_is_poorly_known_neither_turns_nor_widens_it() -> None:
     box = plan_box(points, covs, np.vstack([RING, [[4, 5]]]))
     assert box is not None
     assert box.values == pytest.approx([0.0, 0.0, 0.2, 1.0, 0.5], abs=0.002)
-
-
-def test_equal_sides_look_the_same_after_a_quarter_turn() -> None:
-    for length, alike in ((0.402, QUARTER_TURN), (0.6, HALF_TURN)):
-        box = plan_box(_rectangle(0, 0, 0.1, length, 0.4), _covs(4), RING)
-        assert box is not None
-        assert box.turns_alike == alike
 
 
 def test_a_sheet_is_a_line_and_a_point_is_nothing() -> None:

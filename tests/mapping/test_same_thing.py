@@ -1,7 +1,5 @@
 """Each thing once: over scenes and visits, and whatever part of it was seen."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -44,21 +42,6 @@ def test_what_stands_in_another_thing_is_a_part_of_it() -> None:
     assert things[0].best.pose == pytest.approx(desk.pose)
 
 
-def test_what_stands_on_or_beside_another_thing_is_not() -> None:
-    table = box_thing(0.0, 0.0, 0.0, (1.4, 0.7, 0.75), model="table")
-    beside = box_thing(0.92, 0.0)
-    assert len(merged([table, beside])[0]) == 2
-
-
-def test_a_thing_that_was_moved_between_visits_is_said_to_clash() -> None:
-    before = box_thing(1.0, 0.0, visit="monday", pose_sd=0.01)
-    after = box_thing(1.12, 0.0, visit="tuesday", pose_sd=0.01)
-    things, clashes = merged([before, after])
-    assert len(things) == 1
-    assert [(c.one.source[0], c.other.source[0]) for c in clashes] == [("monday", "tuesday")]
-    assert clashes[0].off == pytest.approx(0.12, abs=1e-6)
-
-
 def test_a_thing_that_visits_place_differently_is_where_the_surer_one_has_it() -> None:
     vague = box_thing(1.0, 0.0, 0.3, visit="monday", pose_sd=0.03)
     sure = box_thing(1.2, 0.0, 0.3, visit="tuesday", pose_sd=0.001)
@@ -82,15 +65,6 @@ def test_the_fused_pose_is_consistent_whatever_errors_both_share() -> None:
     assert np.mean(nees) < 3.0
 
 
-def test_the_surer_of_two_estimates_counts_more() -> None:
-    sure, unsure = box_thing(0.0, 0.0, pose_sd=0.01), box_thing(0.1, 0.0, pose_sd=0.1)
-    for one, other in ((sure, unsure), (unsure, sure)):
-        found = fused(one, other)
-        assert abs(found.pose[0]) < 0.02
-        assert found.cov[0, 0] <= 1.01 * sure.cov[0, 0]
-        assert found.outline.mean(axis=0) == pytest.approx(found.pose[:2], abs=1e-9)
-
-
 def test_the_name_of_a_fragment_is_not_that_of_the_thing() -> None:
     """A model may fit an end panel of which one visit saw nothing more, as a door."""
     whole = box_thing(0.0, 0.0, 0.0, (1.4, 0.7, 0.75), visit="monday", model="")
@@ -98,13 +72,6 @@ def test_the_name_of_a_fragment_is_not_that_of_the_thing() -> None:
     (thing,), _ = merged([panel, whole])
     assert thing.model == ""
     assert thing.best.lengths[0].value == pytest.approx(1.4)
-
-
-def test_a_sighting_that_shows_less_but_most_of_it_names_a_thing() -> None:
-    more = box_thing(0.0, 0.0, visit="monday", model="")
-    less = replace(box_thing(0.0, 0.0, visit="tuesday"), seen=0.8 * more.seen)
-    (thing,), _ = merged([less, more])
-    assert thing.model == "box"
 
 
 def test_within_a_visit_what_the_robot_was_off_by_before_is_off_for_both() -> None:
@@ -115,8 +82,3 @@ def test_within_a_visit_what_the_robot_was_off_by_before_is_off_for_both() -> No
     # Of another visit it may well be the same one.
     again = box_thing(0.5, 0.0, visit="two", pose_sd=1.0)
     assert len(merged([one, again])[0]) == 1
-
-
-def test_what_drifted_between_two_looks_may_be_one_thing() -> None:
-    before, after = box_thing(0.0, 0.0, pose_sd=0.1), box_thing(0.5, 0.0, pose_sd=0.4)
-    assert len(merged([before, after])[0]) == 1

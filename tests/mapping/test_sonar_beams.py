@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import FARTHEST, driven
 from facetlog.robot.collecting.request import TRAFFIC_FILE
 from facetlog.robot.collecting.run_sessions import Run
@@ -17,16 +16,6 @@ from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup, read_world
 from tests.patience import allowed
-
-
-def test_without_a_log_nothing_is_known(tmp_path: Path) -> None:
-    assert driven(tmp_path, (Run(0.0, ((0.0, Pose2()),)),)) == driven(tmp_path, ())
-
-
-def test_a_log_that_is_none_is_refused_with_its_line(tmp_path: Path) -> None:
-    (tmp_path / TRAFFIC_FILE).write_text('{"start": "yesterday"}\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"traffic\.jsonl:1: is no line of a traffic log"):
-        driven(tmp_path, (Run(0.0, ((0.0, Pose2()),)),))
 
 
 @pytest.mark.slow

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.mapping.view_groups import view_groups
+from facetlog.mapping.visit import view_groups
 from facetlog.perception.types import Pose
-from facetlog.robot.tour import looking_at, ring_poses, tour_poses
+from facetlog.robot.tour import looking_at
 
 THINGS = ([0.0, 0.0, 0.4], [2.4, 0.2, 0.2], [1.0, 3.0, 0.3])
 
@@ -17,11 +17,6 @@ def _ring(target: list[float], count: int, first: float = 0.0) -> list[Pose]:
     angles = [first + math.tau * k / count for k in range(count)]
     places = [[target[0] + 1.8 * math.cos(a), target[1] + 1.8 * math.sin(a), 1.45] for a in angles]
     return [looking_at(place, target) for place in places]
-
-
-def test_rings_round_three_things_are_three_groups() -> None:
-    poses = [pose for target in THINGS for pose in _ring(target, 8)]
-    assert view_groups(poses) == tuple(tuple(range(8 * k, 8 * k + 8)) for k in range(3))
 
 
 @given(st.integers(0, 1000))
@@ -41,11 +36,6 @@ def test_who_comes_back_to_a_thing_goes_on_with_its_group() -> None:
     assert view_groups(poses) == ((0, 1, 2, 3, 4, 10, 11, 12, 13), (5, 6, 7, 8, 9))
 
 
-def test_a_tour_round_one_thing_is_one_group() -> None:
-    assert view_groups(tour_poses()) == (tuple(range(24)),)
-    assert len(view_groups(ring_poses([0.0, 0.0, 0.2], 1.5, (0.5, 0.9), 20, jitter=0.05))) == 1
-
-
 def test_views_that_look_at_nothing_together_are_one_group() -> None:
     """A robot that turns on the spot, and one that looks ahead on its way."""
     spot = [looking_at([0, 0, 1], [math.cos(a), math.sin(a), 0.5]) for a in np.arange(0, 6, 0.5)]
@@ -53,10 +43,3 @@ def test_views_that_look_at_nothing_together_are_one_group() -> None:
     assert view_groups(spot) == (tuple(range(len(spot))),)
     assert view_groups(ahead) == (tuple(range(len(ahead))),)
     assert view_groups([]) == ()
-
-
-def test_a_view_that_fits_nowhere_goes_with_its_neighbours() -> None:
-    aside = looking_at([5, 5, 1], [9, 9, 0])
-    poses = [*_ring(THINGS[0], 4), aside, *_ring(THINGS[2], 4)]
-    assert sorted(sum(view_groups(poses), ())) == list(range(9))
-    assert len(view_groups(poses)) == 2

@@ -74,20 +74,9 @@ def test_what_is_hidden_has_neither_outline_nor_name() -> None:
     assert set(_seen(_scene((0.0, 0.0, 2.0, 0.5), (0.0, 0.0, 1.0, 0.5)))) == {"f2"}
 
 
-def test_a_face_too_small_for_its_name_goes_without() -> None:
-    (small,) = _seen(_scene((0.0, 0.0, 10.0, 0.5))).values()
-    assert small.at is None
-
-
 def test_a_loose_edge_is_drawn_as_far_as_it_is_seen() -> None:
     ends = np.array([(-1.0, 0.0, 2.0), (1.0, 0.0, 2.0)])
     scene = _scene((0.5, 0.0, 1.0, 0.5), edges=(ends,))
     edge = _shape(_seen(scene)["e1"])
     assert edge.length == pytest.approx(50.0, abs=0.2)
     assert edge.bounds[2] == pytest.approx(100.0, abs=0.2)
-
-
-def test_an_edge_before_a_face_is_whole() -> None:
-    ends = np.array([(-0.5, 0.0, 1.0), (0.5, 0.0, 1.0)])
-    scene = _scene((0.0, 0.0, 2.0, 1.0), edges=(ends,))
-    assert _shape(_seen(scene)["e1"]).length == pytest.approx(100.0, abs=0.2)

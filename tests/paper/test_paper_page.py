@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from facetlog.cli import main
-from facetlog.paper.page import PAGE_FILE, deviations
+from facetlog.paper.page import PAGE_FILE
 from facetlog.paper.printed import plane_iterations, point_iterations, printed
 
 # Three.js, inside the viewer, names these; nothing is fetched from them.
@@ -54,12 +54,6 @@ def test_nothing_is_fetched_from_anywhere(text):
     assert len(text) < 8e6
 
 
-def test_every_picture_says_what_it_shows(text):
-    pictures = [attributes for tag, attributes in Tags(text).tags if tag == "img"]
-    assert len(pictures) > 40
-    assert all(attributes.get("alt") for attributes in pictures)
-
-
 def test_every_printed_figure_stands_beside_the_computed_one_that_it_rounds_or_is_cut_from(text):
     for iteration in (*point_iterations(), *plane_iterations()):
         for _, told, computed in iteration.rows:
@@ -70,14 +64,6 @@ def test_every_printed_figure_stands_beside_the_computed_one_that_it_rounds_or_i
             assert f'<td class="n">{told}</td><td class="n">{computed}</td>' in text
     count = sum(len(i.rows) for i in point_iterations())
     assert count == 9 * len(printed()["point"]["iteration"])
-
-
-def test_each_deviation_is_on_the_page_with_its_reason(text):
-    places = [d["place"] for d in deviations()]
-    assert len(set(places)) == len(places) >= 10
-    rows = re.findall(r"<tr><td>(.*?)</td>", text[text.index('id="deviations"') :])
-    assert len(rows) == len(places)
-    assert all(set(d) == {"place", "printed", "here", "reason"} for d in deviations())
 
 
 @pytest.mark.parametrize(

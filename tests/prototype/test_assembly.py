@@ -5,24 +5,17 @@ import pytest
 
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
-from facetlog.prototype.forms import grown_from, starting_forms
-from facetlog.prototype.growth import (
+from facetlog.prototype.forms import (
     HUNG,
-    PATTERNS,
     between,
     borne,
-    flanked,
+    grown_from,
     hung,
     pair,
     single,
+    starting_forms,
     under,
 )
-
-
-def test_a_union_has_one_face_where_parts_lie_flush() -> None:
-    flush = cuboid_union([[0, 0, 0], [0, 0, 0.3]], [[0.2, 0.2, 0.3], [0.2, 0.2, 0.5]], "pillar")
-
-    assert len(flush.faces) == 6
 
 
 def test_a_union_is_closed_and_faces_outwards() -> None:
@@ -41,17 +34,6 @@ def test_a_union_is_closed_and_faces_outwards() -> None:
 def test_parts_that_do_not_touch_are_no_solid() -> None:
     with pytest.raises(ValueError, match="touch"):
         cuboid_union([[0, 0, 0], [0, 0, 0.4]], [[0.2, 0.2, 0.3], [0.2, 0.2, 0.5]], "two")
-
-
-@pytest.mark.parametrize("pattern", PATTERNS)
-def test_what_is_put_under_a_board_reaches_from_the_ground_to_it(pattern: str) -> None:
-    table = under(single("board"), 0, pattern)
-    sizes = {name: 1.1 * size for name, size in table.sizes.items()}
-    low, high = table.ends(sizes)
-
-    assert len(low) == 1 + PATTERNS[pattern].count
-    assert low[1:, 2] == pytest.approx(0.0)
-    assert high[1:, 2] == pytest.approx(low[0, 2])
 
 
 def test_four_legs_carry_a_board_as_pieces_have_it() -> None:
@@ -82,15 +64,6 @@ def test_boards_between_posts_and_between_legs_touch_both_and_nothing_else(count
 
 
 @pytest.mark.parametrize("kind", HUNG)
-def test_what_hangs_from_a_beam_on_posts_does_so_as_pieces_have_it(kind: str) -> None:
-    gate = under(single("bar"), 0, "two posts")
-    made = hung(gate, 0, kind)
-
-    assert len(fact_rows(made.scene(made.sizes), {"hangs_from"})["hangs_from"]) == 1
-    assert not fact_rows(gate.scene(gate.sizes), {"hangs_from"})["hangs_from"]
-
-
-@pytest.mark.parametrize("kind", HUNG)
 def test_what_hangs_between_legs_is_inside_the_opening_there(kind: str) -> None:
     made = hung(under(single("board"), 0, "four legs"), 0, kind)
     within = fact_rows(made.scene(made.sizes), {"inside"})["inside"]
@@ -106,15 +79,6 @@ def test_a_seat_on_ropes_hangs_from_them_and_stands_on_nothing() -> None:
     assert high[5, 2] == pytest.approx(low[3:5, 2])
     assert low[5, 2] > 0.0
     assert len({one for one, _ in hangs}) == 2
-
-
-def test_benches_stand_clear_of_what_they_flank() -> None:
-    table = flanked(under(single("board"), 0, "four legs"), 1, 4)
-    low, high = table.ends(table.sizes)
-
-    assert high[-2, 1] < low[0, 1]
-    assert low[-1, 1] > high[0, 1]
-    assert len(table.scene(table.sizes).bodies) == 1
 
 
 def test_all_forms_have_names_of_their_own_and_most_can_be_built() -> None:

@@ -1,7 +1,6 @@
 """Sizes are fitted into the middle of limits, also where sides change their order."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import pytest
 
@@ -9,7 +8,7 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Sid
 from facetlog.kb.explaining.verdict import Condition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.prototype.fit import fitted
-from facetlog.prototype.objective import Judged, margin_of, margins_of
+from facetlog.prototype.objective import Judged, margins_of
 
 
 def _compared(value: float, within: Within) -> Proof:
@@ -74,34 +73,9 @@ def test_of_alternatives_the_better_one_counts_and_not_turns_the_sign() -> None:
     assert min(_judged({}, _joined("all", low, high)).margins.values()) == pytest.approx(-0.5)
 
 
-def test_what_fails_alone_is_named_only_if_all_else_holds() -> None:
-    good, bad = (_compared(v, Within("at_most", (2.0,))) for v in (1.0, 3.0))
-
-    assert _judged({}, good, bad).fails_alone == "c1"
-    assert _judged({}, bad, bad).fails_alone == ""
-    assert _judged({}, good, good).fails_alone == ""
-
-
-def test_members_that_are_named_anew_keep_the_margins_of_the_least_and_the_greatest() -> None:
-    def each(*members: tuple[str, float]) -> Judged:
-        region = Within("between", (1.0, 3.0))
-        steps = (replace(_compared(value, region), test=f"m({name})") for name, value in members)
-        return _judged({}, _joined("all", *steps))
-
-    assert each(("p1", 0.5), ("p2", 2.0)).margins == each(("p1", 2.0), ("p3", 0.5)).margins
-
-
 def test_what_each_member_must_be_is_no_reason_to_have_fewer_members() -> None:
     region = Within("at_least", (1.0,))
     step = _joined("implies", _compared(1.05, region), _compared(0.2, region))
 
     # by the distance of what is to hold, though membership is nearer to its limit
     assert list(_judged({}, step).margins.values()) == pytest.approx([-0.8])
-
-
-def test_a_count_fails_by_how_many_are_missing() -> None:
-    def counted(holding: int) -> float:
-        note = Note("counted", counted=(holding, 4))
-        return margin_of(Proof(State.FAILS, 0.0, 0.0, "at_least", note))
-
-    assert counted(0) < counted(2) < counted(3) < 0.0

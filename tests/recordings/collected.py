@@ -14,8 +14,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Image
 from facetlog.pipeline import open_models
-from facetlog.recordings.candidate_views import candidate_views
-from facetlog.recordings.moments import Moment
+from facetlog.recordings.moments import Moment, candidate_views
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum

@@ -11,7 +11,6 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.recordings.moments import Moment
 from tests.recordings.collected import collection
-from tests.recordings.test_mcap_recording import messages
 
 
 class Kept:
@@ -44,27 +43,6 @@ def test_views_that_come_together_are_each_recorded_with_their_own_verdict(
     assert [moment.taken.name for moment in kept.moments] == ["view1.png", "view2.png"]
     assert [str(moment.recognition) for moment in kept.moments] == ["verdict 1", "verdict 2"]
     assert str(last) == "verdict 2"
-
-
-@pytest.mark.slow
-def test_views_that_nobody_asked_about_are_recorded_at_the_end(tmp_path: Path) -> None:
-    collected = collection()
-    folder, path = tmp_path / "views", tmp_path / "views.mcap"
-    with ViewVerdicts(folder, mcap=path) as verdicts:
-        collected.write(folder)
-        verdicts.ask(1)
-        verdicts.last()
-    assert len(messages(path)["/camera/camera_info"]) == 2
-
-
-@pytest.mark.slow
-def test_a_collection_without_a_view_leaves_what_was_recorded_before(tmp_path: Path) -> None:
-    path = tmp_path / "views.mcap"
-    path.write_bytes(b"earlier")
-    with ViewVerdicts(tmp_path / "views", mcap=path):
-        pass
-    assert path.read_bytes() == b"earlier"
-    assert [each.name for each in tmp_path.iterdir()] == ["views.mcap"]
 
 
 @pytest.mark.slow

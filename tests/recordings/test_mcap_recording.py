@@ -2,7 +2,6 @@
 
 import math
 from collections import defaultdict
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -15,15 +14,12 @@ from mcap_ros2.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.kb.explaining.proof import State
 from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
 from facetlog.recordings.recording_request import record_collection
-from facetlog.robot.collecting.run_sessions import Run
 from facetlog.robot.pioneer.state import OdometryErrors
-from facetlog.robot.pose2 import Pose2
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
 
 ANSWERS = dict[str, list[tuple[int, Any]]]
@@ -133,41 +129,6 @@ def test_odometry_has_the_covariance_that_the_robots_slip_makes(heard: ANSWERS) 
     assert sizes == sorted(sizes)
 
 
-def _sizes_of_covariances(path: Path, run: Run, collected: Collection) -> list[float]:
-    """Of odometry, where the second of two views was taken in that run."""
-    recording = McapRecording(path)
-    first, second = collected.moments()
-    recording.add(first)
-    recording.add(replace(second, run=run))
-    recording.close()
-    found = messages(path)["/odom"]
-    return [float(np.trace(np.array(m.pose.covariance).reshape(6, 6))) for _, m in found]
-
-
-def test_each_run_of_a_collection_begins_with_sure_odometry(
-    collected: Collection, tmp_path: Path
-) -> None:
-    began = BEGAN + 1.05
-    again = Run(began, START.compose(Pose2(0.3, 0.1, 0.2)))
-    sizes = _sizes_of_covariances(tmp_path / "two.mcap", again, collected)
-    assert len([size for size in sizes if size == 0.0]) == 2
-
-
-def test_what_a_killed_recording_left_is_removed_at_the_next_start(
-    collected: Collection, tmp_path: Path
-) -> None:
-    path = tmp_path / "views.mcap"
-    left = tmp_path / ".views.mcap.part"
-    left.mkdir()
-    (left / ".views.mcap.part.mcap").write_bytes(b"half of a message")
-    recording = McapRecording(path)
-    for moment in collected.moments():
-        recording.add(moment)
-    recording.close()
-    assert [each.name for each in tmp_path.iterdir()] == ["views.mcap"]
-    assert len(messages(path)["/camera/pose"]) == 2
-
-
 def test_candidates_are_balls_of_which_the_chosen_one_says_what_it_promised(
     heard: ANSWERS, collected: Collection
 ) -> None:
@@ -229,26 +190,6 @@ def test_faces_and_verdicts_are_markers_that_replace_those_before(
     said = [each for each in verdicts.markers if each.action != marker]
     assert any("is a box" in each.text for each in said)
     assert len({(each.ns, each.id) for each in said}) == len(said)
-
-
-def test_what_has_no_name_is_said_where_it_stands(collected: Collection, tmp_path: Path) -> None:
-    path = tmp_path / "nameless.mcap"
-    recording = McapRecording(path)
-    _, moment = collected.moments()
-    assert moment.scene is not None
-    assert moment.recognition is not None
-    fails = tuple(v for v in moment.recognition.verdicts if v.state is State.FAILS)
-    recording.add(replace(moment, recognition=replace(moment.recognition, verdicts=fails)))
-    recording.close()
-    ((_, verdicts),) = messages(path)["/facetlog/verdicts"]
-    (said,) = (each for each in verdicts.markers if each.text)
-    assert (said.text, said.ns) == ("no model matches", "verdicts")
-    place = said.pose.position
-    assert [place.x, place.y, place.z] == pytest.approx(moment.scene.points.mean(axis=0))
-
-
-def _topic(what: str) -> str:
-    return f"/facetlog/{what}"
 
 
 def test_the_folder_gives_the_same_recording_afterwards(

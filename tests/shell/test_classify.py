@@ -337,12 +337,12 @@ def test_pages_replace_those_of_an_earlier_run_and_nothing_else(folder: Path) ->
 def test_a_run_that_ends_before_its_pages_leaves_none_and_may_go_on(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def interrupted(*_: object) -> Iterator[str]:
+    def interrupted(*_: object, **__: object) -> Iterator[str]:
         raise KeyboardInterrupt
 
     argv = ["classify", "in", "--html", "pages", "-o", "r.csv"]
     with monkeypatch.context() as patch:
-        patch.setattr(scene_pages, "_index", interrupted)
+        patch.setattr(scene_pages, "render_page", interrupted)
         assert main(argv) == INTERRUPTED
     assert "no page is in pages" in capsys.readouterr().err
     assert sorted(path.name for path in folder.iterdir()) == ["in", "r.csv"]

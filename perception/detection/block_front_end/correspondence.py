@@ -28,8 +28,8 @@ POSE_SD_PX = 0.5
 GATE_SHARE = 0.999
 EPIPOLAR_GATE = float(chi2.ppf(GATE_SHARE, 1))
 POINT_GATE = float(chi2.ppf(GATE_SHARE, 2))
-# At most one position label in a hundred is taken to be wrong (on the rendered tour none is:
-# benchmarks/pictures/accuracy_front_end.py), so one that contradicts costs -2 ln .01 in chi-square.
+# At most one position label in a hundred is taken to be wrong (on the rendered tour none is), so
+# one that contradicts costs -2 ln .01 in chi-square.
 LABEL_ERROR = 0.01
 LABEL_COST = -2.0 * float(np.log(LABEL_ERROR))
 # A junction may change where a side comes into sight, or an edge was not found: one in twenty is

@@ -12,8 +12,6 @@ from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.plain_text import plain_text
 
-__all__ = ["Change", "Comparison", "check_alike", "older_rows", "read_as_then", "were_crisp"]
-
 DEGREE_STEP = 0.005
 """Degrees that differ by less are the same in any text: they are given in per cent."""
 

@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 from facetlog.batch.labels import ERROR, NONE, Label, Truth
 from facetlog.batch.rows import HOLDS, Row, sureness
 
-__all__ = ["ERROR", "Confusion", "Mistake", "Proportion", "answer"]
-
 """What a scene without verdicts was answered; never right."""
 
 CONFIDENCE = 0.95

@@ -6,8 +6,6 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.regular_file import open_regular
 
-__all__ = ["content_hash"]
-
 HASHED_AT_ONCE = 1 << 20  # bytes
 
 

@@ -38,8 +38,6 @@ from facetlog.kb.recognize import rule_files
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
 from facetlog.terminal import warn
 
-__all__ = ["Cluster", "cluster", "work"]
-
 SCENES_PER_TASK = 16
 """A scheduler takes some milliseconds a task, a scene as many: so few that it is no burden."""
 

@@ -8,8 +8,6 @@ from facetlog.batch.run import Progress
 from facetlog.counted import many
 from facetlog.terminal import note
 
-__all__ = ["line_of_progress", "showing_rate"]
-
 LINE_SECONDS = 10.0
 """Between two lines where stderr is no terminal, as in the log of a night's run."""
 

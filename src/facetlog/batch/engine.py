@@ -23,8 +23,6 @@ from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.perception.shapes.shape_options import says_itself
 from facetlog.terminal import one_line, short_line
 
-__all__ = ["SceneEngine"]
-
 BYTES_AT_ONCE = 400_000
 """Of scene files that are read and made into facts together: some 500 faces, and 40 ms."""
 
@@ -195,7 +193,7 @@ class SceneEngine:
             seconds=read.seconds + time.perf_counter() - start,
             up=None if scene.up is None else scene.up.tolist(),
             metric=scene.metric,
-            warnings=(*map(one_line, scene.warnings), *too_many),
+            warnings=[*map(one_line, scene.warnings), *too_many],
         )
 
     def close(self) -> None:

@@ -14,8 +14,6 @@ from facetlog.pictures_hint import hint_of_pictures
 from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.regular_file import MOST_BYTES, read_regular
 
-__all__ = ["paths_listed", "scene_paths"]
-
 STDIN = "-"
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 

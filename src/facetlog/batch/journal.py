@@ -15,12 +15,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from facetlog.batch.output import MOST_LINE_BYTES
-from facetlog.batch.rows import Row, run_out
+from facetlog.batch.rows import Row, row_from, run_out
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.regular_file import check_regular, open_regular
-
-__all__ = ["Journal", "check_not_in_use", "journal_path"]
 
 FORMAT = "facetlog-journal/1"
 HEAD = json.dumps({"journal": FORMAT}).removesuffix("}").encode()
@@ -215,8 +213,6 @@ def _no_journal(path: Path) -> InputError:
 
 
 def _taken_up(line: bytes, place: str) -> Row:
-    from facetlog.batch.row_records import row_from  # loaded only now: a new run does without
-
     try:
         data = json.loads(line)
     except (ValueError, RecursionError) as exc:

@@ -15,19 +15,6 @@ from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.query_shell.words import nearest
 from facetlog.regular_file import read_regular_text
 
-__all__ = [
-    "ERROR",
-    "NONE",
-    "Label",
-    "Truth",
-    "check_model_names",
-    "classes_labelled",
-    "classes_named",
-    "read_labels",
-    "truths",
-    "unknown_labels",
-]
-
 NONE = "none"
 """The answer that no model of those asked for holds, and the truth of what is none of them."""
 

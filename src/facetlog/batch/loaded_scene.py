@@ -14,8 +14,6 @@ from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.scene import Scene
 
-__all__ = ["SCENE", "loaded_scene"]
-
 SCENE = "scene"
 """Its name while it is loaded."""
 

@@ -11,8 +11,6 @@ import resource
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["LEAST_MB", "left_mb", "limit_memory", "memory_mb", "needs_more", "share_mb", "took_all"]
-
 LEAST_MB = 400
 """A worker with the engine and all models takes 200; a scene needs some, too."""
 

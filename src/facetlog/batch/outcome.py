@@ -12,8 +12,6 @@ from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row
 from facetlog.counted import many
 
-__all__ = ["Outcome"]
-
 SCHEMA = "facetlog-classify/1"
 
 

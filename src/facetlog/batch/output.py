@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count, islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal, get_args, get_origin
 
-from facetlog.batch.rows import COLUMNS, Row
+from pydantic import BaseModel
+
+from facetlog.batch.rows import COLUMNS, Row, RowRecord, row_from
 from facetlog.errors import InputError, missing_extra
 from facetlog.perception.atomic_write import writing_whole
 from facetlog.plain_text import plain_text
@@ -17,8 +19,6 @@ from facetlog.regular_file import open_regular
 
 if TYPE_CHECKING:
     import pyarrow
-
-__all__ = ["FORMATS", "MOST_LINE_BYTES", "check_format", "plain_row", "read_rows", "write_rows"]
 
 ROWS_AT_ONCE = 1000
 """Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
@@ -30,8 +30,6 @@ MOST_LINE_BYTES = 256_000_000
 LISTS = ("verdicts", "up", "warnings")
 # How a cell begins that spreadsheets take for a formula.
 FORMULA = ("=", "+", "-", "@")
-# Columns that are no text, and are empty in a cell of CSV where there is none.
-NUMBERS = ("degree", "confidence", "faces", "things", "seconds", "metric")
 
 
 def check_format(path: Path) -> None:
@@ -57,8 +55,6 @@ def read_rows(path: Path) -> Iterator[Row]:
 
     The format is that of the suffix.
     """
-    from facetlog.batch.row_records import row_from
-
     check_format(path)
     _, read = FORMATS[path.suffix.lower()]
     try:
@@ -138,16 +134,11 @@ def _read_csv(file: BinaryIO, path: Path) -> Iterator[object]:
     text = io.TextIOWrapper(file, encoding="utf-8", newline="")
     try:
         for cells in csv.DictReader(text, strict=True):
-            known = {k: None if v == "" else v for k, v in cells.items() if k in COLUMNS}
-            found: dict[str, object] = dict(known)
-            for key in (*LISTS, *NUMBERS):
-                cell = known.get(key)
-                if cell is not None:
-                    found[key] = json.loads(cell)
-            for key in known.keys() - {*LISTS, *NUMBERS}:
-                cell = known[key]
-                found[key] = None if cell is None else _unescaped(cell)
-            yield found
+            known = {k: v for k, v in cells.items() if v and k in COLUMNS}
+            yield {
+                **dict.fromkeys(cells),
+                **{k: json.loads(v) if k in LISTS else _unescaped(v) for k, v in known.items()},
+            }
     except (csv.Error, ValueError, RecursionError) as exc:
         raise InputError(f"{path}: is no table of classify: {exc}") from exc
     finally:
@@ -184,36 +175,29 @@ def _pyarrow() -> None:
 
 
 def _arrow_schema() -> "pyarrow.Schema":
-    """The columns of a row, typed as pandas and DuckDB take them."""
+    """Return the columns of a row, typed as pandas and DuckDB take them."""
+    import pyarrow
+
+    return pyarrow.schema(_arrow_fields(RowRecord))
+
+
+def _arrow_fields(record: type[BaseModel]) -> list[tuple[str, Any]]:
+    return [(name, _arrow_type(field.annotation)) for name, field in record.model_fields.items()]
+
+
+def _arrow_type(kind: Any) -> Any:
+    """Return Arrow's type of a field; any value may be missing."""
     import pyarrow as pa
 
-    text, number = pa.string(), pa.float64()
-    part = pa.struct([("role", text), ("names", pa.list_(text))])
-    size = pa.struct([("name", text), ("value", number), ("sd", number)])
-    verdict = pa.struct(
-        [
-            ("model", text),
-            ("thing", text),
-            ("state", text),
-            ("degree", number),
-            ("degree_at_most", number),
-            ("confidence", number),
-            ("parts", pa.list_(part)),
-            ("sizes", pa.list_(size)),
-        ]
-    )
-    special = {
-        "degree": number,
-        "confidence": number,
-        "verdicts": pa.list_(verdict),
-        "faces": pa.int64(),
-        "things": pa.int64(),
-        "seconds": number,
-        "up": pa.list_(number),
-        "warnings": pa.list_(text),
-        "metric": pa.bool_(),
-    }
-    return pa.schema([(name, special.get(name, text)) for name in COLUMNS])
+    plain = {str: pa.string(), float: pa.float64(), int: pa.int64(), bool: pa.bool_()}
+    if kind in plain:
+        return plain[kind]
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return pa.struct(_arrow_fields(kind))
+    inner = [each for each in get_args(kind) if each is not type(None)]
+    if get_origin(kind) is Literal:
+        return pa.string()
+    return pa.list_(_arrow_type(inner[0])) if get_origin(kind) is tuple else _arrow_type(inner[0])
 
 
 _Write = Callable[[BinaryIO, Iterable[Row]], None]

@@ -17,10 +17,10 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any, Self
 
 from facetlog.batch.memory import needs_more, share_mb, took_all
-from facetlog.batch.processor_time import processor_seconds, queued_seconds
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
@@ -28,8 +28,6 @@ from facetlog.batch.worker import Word
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
 from facetlog.one_thread import ONE_THREAD
 from facetlog.python_process import importing_environment, python_module
-
-__all__ = ["Answer", "Pool", "Task"]
 
 START_SECONDS = 120.0
 """How long a worker may take to load its engine and models; a second is usual."""
@@ -61,6 +59,15 @@ QUEUE_SECONDS = 1.0
 RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
 
 WORKER = python_module("facetlog.batch.worker")
+
+# proc_pid_stat(5): fields 14 and 15 are utime and stime, in ticks. The name before them, in
+# brackets, may hold blanks, so they are counted from its end; field 3 is the first after it.
+USER, SYSTEM = 14 - 3, 15 - 3
+
+
+# sched-stats.rst of Linux: time on a processor, time waiting for one (both nanoseconds), turns.
+WAITING = 1
+NANOSECONDS = 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,3 +377,32 @@ class Pool:
         error = f"{task.item.path}: {why}"
         row = error_row(task.item, self._settings, error, models_hash=self.models_hash)
         return Answer(task, json.dumps(row, separators=(",", ":")).encode(), failed=True)
+
+
+def processor_seconds(pid: int) -> float | None:
+    """Seconds that a process has worked, all its threads together; None where nothing says it.
+
+    >>> (processor_seconds(os.getpid()) or 1.0) > 0.0
+    True
+    """
+    try:
+        content = Path(f"/proc/{pid}/stat").read_bytes()
+    except OSError:
+        return None
+    fields = content.rpartition(b")")[2].split()
+    return (int(fields[USER]) + int(fields[SYSTEM])) / os.sysconf("SC_CLK_TCK")
+
+
+def queued_seconds(pid: int) -> float:
+    """Seconds that threads of a process could have worked, and no processor was free for them.
+
+    0.0 where nothing says it.
+
+    >>> queued_seconds(os.getpid()) >= 0.0
+    True
+    """
+    total = 0
+    for path in Path(f"/proc/{pid}/task").glob("*/schedstat"):
+        with suppress(OSError, IndexError, ValueError):  # the thread has ended
+            total += int(path.read_bytes().split()[WAITING])
+    return total / NANOSECONDS

@@ -9,8 +9,6 @@ from typing import Any, Self
 
 from facetlog.kb.brief_verdict import BriefVerdict, Conditions, Cost
 
-__all__ = ["STAGES", "Profile"]
-
 STAGES = ("read", "facts", "judge")
 """A scene file is read, facts are made of it, the models are judged."""
 

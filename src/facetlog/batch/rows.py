@@ -1,63 +1,128 @@
-"""A row of results: what one scene came to, a dict.
+"""A row of results: what one scene came to.
 
-Rows are made where the scenes are read and travel, and wait in the journal, as lines of JSON. What
-reads them back from somebody's file checks them by row_records.py.
+A row is made where its scene is read, and travels and waits in the journal as a line of JSON.
+RowRecord is its definition: columns, schema and types of tables follow from it.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NonNegativeInt,
+    ValidationError,
+)
 
 from facetlog import __version__
 from facetlog.batch.settings import Item, Settings
+from facetlog.errors import InputError
 from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.proof import State
 
 if TYPE_CHECKING:
     from facetlog.kb.brief_verdict import BriefVerdict
 
-__all__ = [
-    "COLUMNS",
-    "HOLDS",
-    "TOOK_LONGER",
-    "Row",
-    "closest",
-    "error_row",
-    "run_out",
-    "scene_row",
-    "sureness",
-]
-
 HOLDS = "holds"
 
 TOOK_LONGER = "took longer than"
-"""What the error says of a scene whose worker was ended."""
-# The same of the engine's own limit (kb/engine/engine_pool.py), and of a worker's memory
-# (memory.py).
+"""In the error of a scene whose worker was ended."""
+# Errors of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb) and of a
+# worker's memory (memory.py) are told apart by these words, too.
 RUN_OUT = (TOOK_LONGER, "the time limit was reached", "needs more memory than")
 
 Row: TypeAlias = dict[str, Any]
 """A row as plain data, with the COLUMNS in their order."""
 
-COLUMNS = (
-    "path",
-    "sha256",
-    "models_hash",
-    "model",
-    "thing",
-    "degree",
-    "confidence",
-    "verdicts",
-    "faces",
-    "things",
-    "seconds",
-    "error",
-    "warnings",
-    "up",
-    "metric",
-    "read_as",
-    "facetlog",
-)
-"""What a row says: the fields of RowRecord."""
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+# Older tables call it otherwise.
+Confidence = Annotated[
+    Share | None, Field(validation_alias=AliasChoices("confidence", "probability"))
+]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class PartRecord(_Record):
+    """A part of a model and the faces (or edges) that play it, by their names in facts."""
+
+    role: str
+    names: tuple[str, ...]
+
+
+class SizeRecord(_Record):
+    """A length of the thing: metres if the row is metric, else units of the scene."""
+
+    name: str
+    value: FiniteFloat
+    sd: FiniteFloat
+
+
+class VerdictRecord(_Record):
+    """What one model says of one thing; without the thing if there was none to ask about."""
+
+    model: str
+    thing: str
+    state: Literal["holds", "fails", "unknown"]
+    degree: Share
+    degree_at_most: Share
+    confidence: Confidence = None
+    parts: tuple[PartRecord, ...] = ()
+    sizes: tuple[SizeRecord, ...] = ()
+
+
+class RowRecord(_Record):
+    """One scene: what was read, by what it was judged, and the verdicts; or the error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-results/1")
+
+    path: str = Field(description="of the scene, as it was given")
+    sha256: str | None = Field(description="of the file's content; null if it was not read")
+    models_hash: str = Field(description="of all models that were judged")
+    model: str | None = Field(description="the answer: the first of what holds")
+    thing: str | None = Field(description="the thing that it holds of")
+    degree: Share | None = Field(description="the degree to which it holds")
+    confidence: Confidence = Field(default=None, description="how often such a verdict is right")
+    verdicts: tuple[VerdictRecord, ...] = Field(
+        description="of each model on each thing; first what holds, the answer first"
+    )
+    faces: NonNegativeInt | None
+    things: NonNegativeInt | None
+    seconds: Annotated[FiniteFloat, Field(ge=0.0)] = Field(description="to read and to judge it")
+    error: str | None = Field(description="why there are no verdicts, in one line")
+    warnings: tuple[str, ...] = Field(default=(), description="warnings of the scene's reader")
+    up: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = Field(
+        description="unit vector upwards in the scene's frame, if known"
+    )
+    metric: bool | None = Field(description="whether lengths are metres")
+    read_as: str = Field(description="the options that it was read and judged with")
+    facetlog: str = Field(description="version of the program")
+
+
+COLUMNS = tuple(RowRecord.model_fields)
+"""The names of a row's fields."""
+
+
+def row_from(data: object, source: str) -> Row:
+    """The row of somebody's data; raises InputError, with the source and the field, if it is none.
+
+    Columns that facetlog does not know, as others may add to a table, are left out.
+    """
+    known = data
+    if isinstance(data, dict):
+        known = {key: value for key, value in data.items() if key in RowRecord.model_fields}
+    try:
+        return RowRecord.model_validate(known).model_dump()
+    except ValidationError as exc:
+        first = exc.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"])) or "row"
+        message = " ".join(first["msg"].split())
+        raise InputError(f"{source}: {place}: {message}: is it a table of classify?") from exc
 
 
 def closest(row: Row) -> dict[str, Row]:
@@ -96,6 +161,37 @@ def run_out(row: Row) -> bool:
     return any(words in said for words in RUN_OUT)
 
 
+def scene_row(
+    item: Item, settings: Settings, verdicts: Sequence["BriefVerdict"], **known: Any
+) -> Row:
+    """Return the row of a scene that was read and judged; `known` are the other columns."""
+    holding = best_first(verdicts)
+    # Readers take the first verdict that holds for the answer (confusion.py).
+    in_order = (*holding, *(v for v in verdicts if v.state is not State.HOLDS))
+    best = holding[0] if holding else None
+    answer = ("model", "thing", "degree", "confidence")
+    known |= {name: getattr(best, name, None) for name in answer}
+    return _row(item, settings, verdicts=[_verdict(verdict) for verdict in in_order], **known)
+
+
+def error_row(item: Item, settings: Settings, error: str, **known: Any) -> Row:
+    """Return the row of a scene without verdicts, and why; `known` are other columns."""
+    return _row(item, settings, error=error, **known)
+
+
+def _row(item: Item, settings: Settings, *, seconds: float = 0.0, **known: Any) -> Row:
+    return {
+        **dict.fromkeys(COLUMNS),
+        "path": item.path,
+        "verdicts": [],
+        "seconds": round(seconds, 6),
+        "warnings": [],
+        "read_as": item.read_as(settings),
+        "facetlog": __version__,
+        **known,
+    }
+
+
 def _verdict(verdict: "BriefVerdict") -> Row:
     return {
         "model": verdict.model,
@@ -106,75 +202,4 @@ def _verdict(verdict: "BriefVerdict") -> Row:
         "confidence": verdict.confidence,
         "parts": [{"role": role, "names": list(names)} for role, names in verdict.parts],
         "sizes": [{"name": name, "value": value, "sd": sd} for name, value, sd in verdict.sizes],
-    }
-
-
-def scene_row(
-    item: Item,
-    settings: Settings,
-    verdicts: Sequence["BriefVerdict"],
-    *,
-    sha256: str | None,
-    models_hash: str,
-    faces: int,
-    things: int,
-    seconds: float,
-    up: Sequence[float] | None,
-    metric: bool,
-    warnings: Sequence[str] = (),
-) -> Row:
-    """The row of a scene that was read and judged."""
-    holding = best_first(verdicts)
-    best = holding[0] if holding else None
-    # What reads a row takes the first that holds for the answer (confusion.py).
-    in_order = (*holding, *(v for v in verdicts if v.state is not State.HOLDS))
-    return {
-        "path": item.path,
-        "sha256": sha256,
-        "models_hash": models_hash,
-        "model": best.model if best else None,
-        "thing": best.thing if best else None,
-        "degree": best.degree if best else None,
-        "confidence": best.confidence if best else None,
-        "verdicts": [_verdict(verdict) for verdict in in_order],
-        "faces": faces,
-        "things": things,
-        "seconds": round(seconds, 6),
-        "error": None,
-        "warnings": list(warnings),
-        "up": None if up is None else list(up),
-        "metric": metric,
-        "read_as": item.read_as(settings),
-        "facetlog": __version__,
-    }
-
-
-def error_row(
-    item: Item,
-    settings: Settings,
-    error: str,
-    *,
-    models_hash: str,
-    seconds: float = 0.0,
-    sha256: str | None = None,
-) -> Row:
-    """The row of a scene without verdicts, and why."""
-    return {
-        "path": item.path,
-        "sha256": sha256,
-        "models_hash": models_hash,
-        "model": None,
-        "thing": None,
-        "degree": None,
-        "confidence": None,
-        "verdicts": [],
-        "faces": None,
-        "things": None,
-        "seconds": round(seconds, 6),
-        "error": error,
-        "warnings": [],
-        "up": None,
-        "metric": None,
-        "read_as": item.read_as(settings),
-        "facetlog": __version__,
     }

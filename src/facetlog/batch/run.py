@@ -22,8 +22,6 @@ from facetlog.output_file import check_output_file
 from facetlog.plain_text import plain_text
 from facetlog.regular_file import check_regular
 
-__all__ = ["Finished", "Plan", "Progress", "Workers", "check_output", "classified"]
-
 _LOG = logging.getLogger(__name__)
 
 Progress = Callable[[int, int, int], None]

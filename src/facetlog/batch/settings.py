@@ -17,8 +17,6 @@ from facetlog.perception.shapes.shape_options import (
     up_from,
 )
 
-__all__ = ["CRISP", "Item", "Settings", "shape_options", "stated_options"]
-
 CRISP = "crisp"
 """The last word of `read_as` where every measured value was taken as exact."""
 

@@ -15,8 +15,6 @@ from typing import Any
 from facetlog.batch.memory import limit_memory, needs_more
 from facetlog.errors import FacetlogError, RuleSyntaxError
 
-__all__ = ["Word", "main"]
-
 
 class Word(bytes, Enum):
     """What a message of a worker is: the first byte of it."""

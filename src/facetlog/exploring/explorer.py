@@ -21,8 +21,6 @@ from facetlog.robot.collecting.record import Taken
 from facetlog.robot.collecting.ring_views import Candidate
 from facetlog.stream import Goal
 
-__all__ = ["Explorer", "Judge"]
-
 UNSETTLED = 0.05
 """Without a goal a name is settled that another would take the place of in one of twenty cases; and
 where none leads, a view that settles nothing in nineteen of twenty is not worth taking."""

@@ -22,8 +22,6 @@ from facetlog.perception.types import FloatArray
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 
-__all__ = ["LEAST_TURNED", "Interest", "Lack", "Lead", "Needs", "Open", "SeenThing", "needs_of"]
-
 LEAST_TURNED = 0.005
 """A verdict that may turn with less probability is decided: degrees are said in whole per cents."""
 # Of two verdicts that contradict one another either is wrong.

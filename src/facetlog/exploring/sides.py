@@ -10,8 +10,6 @@ from facetlog.kb.explaining.unseen import GRAZING_DEG
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GRAZING", "Sides", "units"]
-
 # A thing may have a face on each of so many sides in plan, and one upwards: two neighbours are 30
 # degrees apart, less than what one look sees of sides.
 SIDES = 12

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from facetlog.mapping.sonar_beams import Beam
 from facetlog.perception.types import FloatArray
 
-__all__ = ["HALF_BEAM", "BeamCounts", "sector"]
-
 HALF_BEAM = math.radians(15.0)
 """Half of a sonar's beam: it is some 30 degrees wide (Pioneer 2 manual)."""
 

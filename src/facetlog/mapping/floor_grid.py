@@ -24,8 +24,6 @@ from facetlog.perception.scene import SeenLattice
 from facetlog.perception.types import FloatArray
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["RESOLUTION", "Cell", "FloorGrid", "Seen", "floor_grid", "shown_points"]
-
 RESOLUTION = 0.05
 """The side of a cell, metres, as maps of robots usually have it."""
 # So many cells of unseen floor lie round all that is known.

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from facetlog.mapping.moved_thing import Moved
     from facetlog.mapping.room_map import RoomMap
 
-__all__ = ["SIGNS", "MapRecord", "map_json"]
 SIGNS = {Cell.UNSEEN: " ", Cell.PASSED: ":", Cell.FREE: ".", Cell.OCCUPIED: "#"}
 """How cells of the floor are written."""
 

@@ -19,8 +19,6 @@ from facetlog.mapping.sonar_beams import Beam
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Looks", "Moved", "without_moved"]
-
 # Places where a thing may have stood: so many directions at one, two and three deviations.
 DIRECTIONS = 12
 # From its foot to the ground a thing leaves at most a cell.

@@ -25,8 +25,6 @@ from facetlog.perception.types import FloatArray, Pose, frozen
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
 
-__all__ = ["Length", "PlacedThing", "Said", "placed_things", "pose_covariance_at"]
-
 # A side that rises by less than this share of its length is level.
 LEVEL = math.sin(math.radians(10.0))
 

@@ -17,8 +17,6 @@ from scipy.linalg import block_diag
 
 from facetlog.perception.types import FloatArray, frozen
 
-__all__ = ["HALF_TURN", "QUARTER_TURN", "PlanBox", "plan_box"]
-
 HALF_TURN, QUARTER_TURN = math.pi, math.pi / 2
 # For numerical derivatives, in shares of the plan's extent: the cube root of a double's precision.
 STEP = 6e-6

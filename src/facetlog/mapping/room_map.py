@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.pipeline import Progress
 
-__all__ = ["RoomMap", "map_of"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _ScenePart:

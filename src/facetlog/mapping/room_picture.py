@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from facetlog.mapping.moved_thing import Moved
     from facetlog.mapping.room_map import RoomMap
 
-__all__ = ["map_png"]
-
 Colour = tuple[int, int, int]
 
 # Pixels of the longer side of the floor, of the margin, and of a line of the legend.

@@ -18,18 +18,6 @@ from facetlog.mapping.plan_box import PlanBox
 from facetlog.perception.polygons import find_intersection
 from facetlog.perception.types import FloatArray
 
-__all__ = [
-    "MOST",
-    "REACH_SDS",
-    "Clash",
-    "MappedThing",
-    "alike",
-    "cov_between",
-    "distance",
-    "fused",
-    "merged",
-]
-
 # The gate: of one thing's poses and sizes 3 in 1,000 are farther apart by chance, as of 3 sd.
 GATE_SHARE = 0.9973
 GATE_SDS = 3.0

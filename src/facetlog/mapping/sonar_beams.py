@@ -12,8 +12,6 @@ from facetlog.robot.pioneer.replay import replay, replayed_states
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Beam", "Driven", "driven", "new_beams"]
-
 FARTHEST = 5.0
 """Metres; what a sonar reports where nothing echoes (Pioneer 2 manual)."""
 # From 0.1 m on (Pioneer 2 manual), right to 1 cm: what it reports nearer may be at any distance.

@@ -5,10 +5,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import Driven, driven
-from facetlog.mapping.view_groups import view_groups
+from facetlog.perception.estimation.pose_refinement.pose_chain import OWN_SD, added, of_twist
 from facetlog.perception.min_views import FEWEST_VIEWS
+from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.record import (
     TRANSFORMS_FILE,
     WAY_FILE,
@@ -24,20 +27,17 @@ if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.types import PoseErrors
 
-__all__ = [
-    "START_STATED",
-    "Look",
-    "Visit",
-    "check_aligned",
-    "grouped_views",
-    "read_visit",
-]
-
 START_STATED = "start_stated"
 """Of a run's first line in collect.jsonl: whether the user said where the robot stood."""
 
 
 NOT_LOGGED = Driven()
+
+# An optical axis that passes a place by this share of its distance has it in the middle 30 degrees
+# of the picture, and so has another view two places that are as near to one another.
+MIDDLE_SHARE = 0.25
+# Of views that look at no place together, as when a robot looks about, there is one group.
+MOST_ALONE = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,7 +113,7 @@ class Look:
 
 
 def grouped_views(visit: Visit) -> tuple[Look, ...]:
-    """The views that look at one place each (view_groups.py), in the order in which they were
+    """The views that look at one place each , in the order in which they were
     taken. InputError if they cannot be read.
     """
     from facetlog.perception.reading.read_views import read_views
@@ -133,7 +133,6 @@ def grouped_views(visit: Visit) -> tuple[Look, ...]:
 
 def _choose_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
     """Return some of the views (indices) under a name, their poses corrected by the pictures."""
-    from facetlog.mapping.anchored import covariances_beside_first
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 
     views = tuple(found.views[k] for k in chosen)
@@ -147,3 +146,117 @@ def _choose_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
     )
     part = replace(found, name=name, views=beside, pose_errors=replace(errors, covariances=covs))
     return Look(with_refined_poses(part), errors)
+
+
+def covariances_beside_first(poses: Sequence[Pose], covariances: FloatArray) -> FloatArray:
+    """The covariances (V, 6, 6) of place (world units) and rotation vector (radians) of poses that
+    a robot took in this order, as if its odometry had begun with the first one.
+    """
+    if not len(poses):
+        return np.zeros((0, 6, 6))
+    centres = np.array([pose.centre for pose in poses])
+    about = centres.mean(axis=0)
+    # As far as from one another the views are from what they look at.
+    distance = float(np.linalg.norm(centres - about, axis=1).max())
+    own = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
+    twists = [of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
+    since = np.zeros((6, 6))
+    found = []
+    for before, twist, pose in zip([twists[0], *twists], twists, poses, strict=False):
+        step = added(before, twist)
+        # Odometry that restarted is off independently of what it was before.
+        since = since + (before + twist if step is None else step)
+        back = _place_from_twist(pose, about)
+        found.append(back @ since @ back.T + own)
+    return np.array(found)
+
+
+def _place_from_twist(pose: Pose, about: FloatArray) -> FloatArray:
+    """From a twist's rotation vector and shift to a pose's place and rotation vector (6, 6): the
+    place moves by turn x (centre - about) + shift.
+    """
+    x, y, z = pose.centre - about
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    matrix[:3, 3:] = matrix[3:, :3] = np.eye(3)
+    return matrix
+
+
+@dataclass(eq=False, slots=True)
+class _Place:
+    """Views (indices) and the place (3,) that their axes pass, None of a single view."""
+
+    views: list[int] = field(default_factory=list)
+    point: FloatArray | None = None
+
+
+def view_groups(poses: Sequence[Pose]) -> tuple[tuple[int, ...], ...]:
+    """The views (indices, ascending) of each group, in the order in which they begin.
+
+    Views that fit nowhere go with those before them; a group has as many as a face needs.
+    """
+    places: list[_Place] = []
+    for index in range(len(poses)):
+        if places and (point := _going_on(places[-1], index, poses)) is not None:
+            places[-1].views.append(index)
+            places[-1].point = point
+        else:
+            places.append(_Place([index]))
+    groups = _together(places, poses)
+    large = [group for group in groups if len(group) >= FEWEST_VIEWS]
+    alone = len(poses) - sum(map(len, large))
+    if not large or alone > MOST_ALONE * len(poses):
+        return (tuple(range(len(poses))),) if len(poses) else ()
+    for group in groups:
+        if len(group) < FEWEST_VIEWS:
+            for index in group:
+                nearest = min(large, key=lambda own: min(abs(index - k) for k in own))
+                nearest.append(index)
+    return tuple(tuple(sorted(group)) for group in sorted(large))
+
+
+def _going_on(place: _Place, index: int, poses: Sequence[Pose]) -> FloatArray | None:
+    """The place with one more view, if it is in the middle part of the pictures of all of them."""
+    views = [*place.views, index]
+    point = _crossing([poses[k] for k in views])
+    if point is None:
+        return None
+    return point if all(_is_middle(poses[k], point) for k in views) else None
+
+
+def _crossing(poses: Sequence[Pose]) -> FloatArray | None:
+    """The point (3,) nearest to the optical axes, by least squares; None if they are parallel.
+
+    Σ (I - d dᵀ) (p - c) = 0
+    """
+    axes = np.array([pose.rotation[:, 2] for pose in poses])
+    centres = np.array([pose.centre for pose in poses])
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    matrix = across.sum(axis=0)
+    if np.linalg.cond(matrix) > 1.0 / MIDDLE_SHARE**4:
+        return None
+    found: FloatArray = np.linalg.solve(matrix, np.einsum("nij,nj->i", across, centres))
+    return found
+
+
+def _is_middle(pose: Pose, point: FloatArray) -> bool:
+    """Whether a point is ahead, in the middle part of the picture."""
+    x, y, z = pose.rotation.T @ (point - pose.centre)
+    return bool(z > 0 and np.hypot(x, y) <= MIDDLE_SHARE * z)
+
+
+def _together(places: Sequence[_Place], poses: Sequence[Pose]) -> list[list[int]]:
+    """The views of places, of which those that are near one another are one."""
+    groups: list[tuple[list[int], FloatArray | None]] = []
+    for place in places:
+        for views, point in groups:
+            if point is None or place.point is None:
+                continue
+            both = [*views, *place.views]
+            away = min(float(np.linalg.norm(poses[k].centre - point)) for k in both)
+            if float(np.linalg.norm(point - place.point)) <= MIDDLE_SHARE * away:
+                views.extend(place.views)
+                break
+        else:
+            groups.append((list(place.views), place.point))
+    return [views for views, _ in groups]

@@ -13,7 +13,6 @@ from facetlog.counted import many
 from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import holding_text, mark, parts_text, size_texts
-from facetlog.page.missing import Missing
 from facetlog.page.model_view import loose_edges, model_view
 from facetlog.page.seen_outlines import seen_outlines
 from facetlog.page.uncertainty import drawn_larger_by
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from facetlog.perception.pieces.shown_pieces import ShownPieces
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import View
-
-__all__ = ["Answers", "Subject", "contents"]
 
 PICTURE_PX = 720  # the longer side of a picture in the page
 JPEG_QUALITY = 72
@@ -89,8 +86,8 @@ class Subject:
 def contents(subject: Subject) -> dict[str, Any]:
     """All that the template (page.html.jinja) names."""
     scene = subject.scene
-    missing = Missing.of((*subject.best, *subject.others), subject.pieces)
-    best, others = ([_verdict(v, missing) for v in some] for some in (subject.best, subject.others))
+    spaces = _unseen_spaces(subject.pieces)
+    best, others = ([_verdict(v, spaces) for v in some] for some in (subject.best, subject.others))
     answers = None if subject.answers is None else _answers(subject.answers)
     _keep_what_is_there((best, others, answers), scene, subject.pieces)
     named = frozenset(_lit_by((best, others, answers)))
@@ -102,7 +99,7 @@ def contents(subject: Subject) -> dict[str, Any]:
         "best": best,
         "others": others,
         "answers": answers,
-        "model_view": model_view(scene, subject.pieces, subject.views, missing.looks, named),
+        "model_view": model_view(scene, subject.pieces, subject.views, named),
         "kinds": _kinds(scene, subject.pieces, subject.views),
         "pictures": list(_pictures(subject, named)),
         "warnings": subject.warnings,
@@ -145,7 +142,13 @@ def _kinds(
     return [(letter, called, on) for letter, called, on, is_there in there if is_there]
 
 
-def _verdict(verdict: "Verdict", missing: Missing) -> dict[str, Any]:
+def _unseen_spaces(pieces: "ShownPieces") -> dict[str, str]:
+    """Return the name of the node of each thing's unseen space, by thing."""
+    numbered = enumerate(zip(pieces.things, pieces.spaces, strict=True), start=1)
+    return {thing: f"unseen{n}" for n, (thing, space) in numbered if space.unseen > 0.0}
+
+
+def _verdict(verdict: "Verdict", spaces: dict[str, str]) -> dict[str, Any]:
     parts, sizes = parts_text(verdict), size_texts(verdict)
     faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
@@ -155,23 +158,26 @@ def _verdict(verdict: "Verdict", missing: Missing) -> dict[str, Any]:
             *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
             *([_marked(f"sizes: {', '.join(sizes)}")] if sizes else ()),
         ],
-        "conditions": [_condition(c, verdict, missing) for c in verdict.conditions],
-        "unseen": list(_unseen(verdict, missing)),
+        "conditions": [_condition(c, verdict, spaces) for c in verdict.conditions],
+        "unseen": list(_unseen(verdict, spaces)),
     }
 
 
-def _unseen(verdict: "Verdict", missing: Missing) -> Iterator[dict[str, Any]]:
-    """Why parts may have been missed: what is said of a place or a direction lights it up."""
+def _unseen(verdict: "Verdict", spaces: dict[str, str]) -> Iterator[dict[str, Any]]:
+    """Yield why parts may have been missed; a line about unseen space lights it up."""
     roles = verdict.unseen_roles
     for found in verdict.unseen:
         said = "; ".join(line.strip() for line in found.lines(roles))
-        yield _marked(said, tuple(missing.names(verdict.thing, found)))
+        space = spaces.get(verdict.thing) if found.space else None
+        yield _marked(said, (space,) if space else ())
         roles = ()
 
 
-def _condition(condition: "Condition", verdict: "Verdict", missing: Missing) -> dict[str, Any]:
+def _condition(
+    condition: "Condition", verdict: "Verdict", spaces: dict[str, str]
+) -> dict[str, Any]:
     proof = condition.proof
-    space = missing.spaces.get(verdict.thing)
+    space = spaces.get(verdict.thing)
     open_space = (space,) if space and condition.may_be_settled else ()
     return {
         "state": STANDS[proof.state],

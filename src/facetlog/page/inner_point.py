@@ -5,8 +5,6 @@ import shapely
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["inner_point"]
-
 # A centroid this near to the outline, as a share of what the widest place has, will do: along a
 # strip all places are as wide.
 WIDE_ENOUGH = 0.8

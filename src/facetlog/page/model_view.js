@@ -5,7 +5,7 @@
   // What is nearer than this share of the distance hides a name; a piece's faces lie about it.
   const BEFORE = { p: 0.97 }, ANY = 0.998;
   // Is not there, but lit round what is: that stays as it is.
-  const ABOUT = ["unseen", "look"], LOOK = "look from here";
+  const ABOUT = ["unseen"];
   const GLOWS = ["e", "v", "unseen"];  // thin as it is
   // A face shows its rim itself: `userData.rim` is there once it is lit.
   const HAZE = 4;  // times as dense as it is else
@@ -36,11 +36,6 @@
       one.material.opacity = faint ? FAINT : on && kind(one) === "unseen" ? HAZE : 1;
       one.material.depthWrite = !(faint || kind(one) === "unseen");
       one.material.emissive.setHex(!on ? 0x000000 : GLOWS.includes(kind(one)) ? 0xd9730d : 0x553300);
-      if (kind(one) === "look") {  // seen through what it is behind
-        one.material.depthTest = false;
-        one.material.transparent = true;
-        one.renderOrder = 1;
-      }
       one.material.needsUpdate = true;
     }
     render();
@@ -62,7 +57,7 @@
     if (!tags.has(one.name)) {
       const made = document.createElement("span");
       made.className = "name";
-      made.textContent = kind(one) === "look" ? LOOK : one.name;
+      made.textContent = one.name;
       document.body.append(made);
       tags.set(one.name, { made, width: made.offsetWidth, height: made.offsetHeight });
     }
@@ -95,7 +90,7 @@
         const hits = new THREE.Raycaster(camera.position, towards).intersectObjects(hiding, false);
         const own = hits.find((hit) => hit.object === one);
         const least = (BEFORE[kind(one)] || ANY) * (own ? own.distance : away);
-        if (kind(one) !== "look" && hits.length && hits[0].distance < least) return;
+        if (hits.length && hits[0].distance < least) return;
         const { made, width, height } = tag(one);
         const left = (1 + seen.x) / 2 * innerWidth - width / 2;
         const top = (1 - seen.y) / 2 * innerHeight - height / 2;

@@ -13,7 +13,6 @@ import trimesh
 from numpy.typing import NDArray
 
 from facetlog.page.inner_point import inner_point
-from facetlog.page.missing import Look, add_arrows
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.perception.pieces.piece_meshes import add_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPieces
@@ -21,8 +20,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.surfaces.mesh_export import add_faces, viewer_page
 from facetlog.perception.types import FloatArray, View
-
-__all__ = ["loose_edges", "model_view"]
 
 # A camera is drawn as a pyramid so long, of the scene's diagonal, as wide and high as it sees.
 CAMERA_SHARE = 0.06
@@ -39,14 +36,12 @@ def model_view(
     scene: Scene,
     pieces: ShownPieces,
     views: Sequence[View],
-    looks: Sequence[Look] = (),
     named: Collection[str] = (),
 ) -> str:
     """A page of its own; "" without a face.
 
     Its nodes are f1, … and p1, …; e1, … of the edges that bound no face, and of the `named` ones
-    that do as `rim`; v1, … of the vertices as ellipsoids; unseen1, … and view1, …; look1, … of
-    where to look from.
+    that do as `rim`; v1, … of the vertices as ellipsoids; unseen1, … and view1, ….
     """
     graph = trimesh.Scene()
     if not add_faces(graph, scene):
@@ -64,7 +59,6 @@ def model_view(
     add_ellipsoids(graph, scene)
     for number, view in enumerate(views, start=1):
         graph.add_geometry(_camera(view, CAMERA_SHARE * size), node_name=f"view{number}")
-    add_arrows(graph, scene, pieces, looks)
     script = files(__package__).joinpath("model_view.js").read_text(encoding="utf-8")
     return viewer_page(graph, scene.up, look_at=scene.points, script=script)
 

@@ -20,7 +20,7 @@
       one.classList.toggle("on", names.includes(one.dataset.name)));
     tell({ lit: names });
     const said = [...new Set(names.map((name) =>
-      name.startsWith("look") ? "where to look from" : name.startsWith("unseen") ? "what nobody saw" : name))];
+      name.startsWith("unseen") ? "what nobody saw" : name))];
     if (about) about.textContent = said.length ? `Lit: ${said.join(", ")}` : "Nothing is lit.";
     if (clear) clear.hidden = !names.length;
   }

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from facetlog.output_file import OWN_PAGE, check_output_file
 
-__all__ = ["check_page"]
-
 SUFFIXES = (".html", ".htm")
 
 

@@ -11,8 +11,6 @@ from collections.abc import Iterable
 
 from facetlog.output_file import OWN_PAGE
 
-__all__ = ["head_lines", "scripts_in"]
-
 _SCRIPT = re.compile(r"<script[^>]*>(.*?)</script", re.DOTALL | re.IGNORECASE)
 
 

@@ -27,8 +27,6 @@ from facetlog.perception.surfaces.drawing.hidden_surface import (
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["SeenOutline", "seen_outlines"]
-
 NO_PIECES = ShownPieces((), ())
 LEAST_PX = 12.0  # area of a face, in pixels as shown: less is a sliver
 LEAST_LENGTH_PX = 4.0  # likewise of an edge

@@ -10,8 +10,6 @@ from trimesh.scene.transforms import SceneGraph
 from facetlog.perception.scene import Scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["add_ellipsoids", "drawn_larger_by"]
-
 _update: Callable[..., None] = SceneGraph.update  # trimesh leaves it without types
 
 DEVIATIONS = 2.0

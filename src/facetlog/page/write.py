@@ -10,8 +10,6 @@ from facetlog.page.contents import Subject, contents
 from facetlog.page.policy import head_lines, scripts_in
 from facetlog.terminal import printable
 
-__all__ = ["PAGE_FILE", "page"]
-
 PAGE_FILE = "report.html"
 
 

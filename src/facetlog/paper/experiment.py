@@ -8,7 +8,6 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.detection.block_front_end.faces_of_block import (
     BlockFeatures,
-    PictureFeatures,
     block_front_end,
     picture_features,
 )
@@ -18,7 +17,6 @@ from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.scene import Vertex
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.grey_agreement import GreyAgreement, grey_agreement
 from facetlog.perception.types import FloatArray, Observation, View
 from facetlog.pipeline import (
     FrontEnd,
@@ -29,8 +27,6 @@ from facetlog.pipeline import (
     recognize_views,
     simulated_views,
 )
-
-__all__ = ["Experiment", "VertexRun", "run_experiment"]
 
 # "a large S0" of the paper's zero start, in the square of the unit: as its printed figures have it.
 LARGE_S0 = 9999.0
@@ -66,14 +62,17 @@ class VertexRun:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Experiment:
-    """All that a run found. `ungrown` are the features of each picture without region growing;
-    `seconds` is what one picture took, of detection, and `total_seconds` all but the rendering.
+    """What a run found.
+
+    `ungrown` and `grown` are the numbers of 2-D vertices in all pictures by thresholding alone and
+    with region growing, `seconds` the time of detection in one picture, `total_seconds` that of all
+    but the rendering.
     """
 
     found: Recognised
     block: BlockFeatures
-    ungrown: tuple[PictureFeatures, ...]
-    agreement: tuple[GreyAgreement, ...]
+    ungrown: int
+    grown: int
     vertices: tuple[VertexRun, ...]
     seconds: float
     total_seconds: float
@@ -84,16 +83,14 @@ class Experiment:
         return self.found.view_set.views
 
     @property
-    def lost(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """2-D vertices of each picture: of the thresholded region, and of the grown one."""
-        return (
-            tuple(len(f.vertices) for f in self.ungrown),
-            tuple(len(f.vertices) for f in self.block.pictures),
-        )
+    def shown_vertices(self) -> tuple[VertexRun, VertexRun]:
+        """The vertex of the most views, and that of the fewest."""
+        by_views = sorted(self.vertices, key=lambda v: (-len(v.views), v.label))
+        return by_views[0], by_views[-1]
 
 
 def run_experiment(seed: int, progress: Progress | None, clock: StepClock) -> Experiment:
-    """The tour round the block of this seed; InputError for a seed that is none."""
+    """Run the tour round the block of a seed. Raise InputError if no face is found."""
     from facetlog.robot.rendering.worlds import make_world
 
     view_set = simulated_views("block", seed, progress=progress, clock=clock)
@@ -108,21 +105,19 @@ def run_experiment(seed: int, progress: Progress | None, clock: StepClock) -> Ex
         start = perf_counter()
         block = block_front_end(views, up=view_set.up)
         each = (perf_counter() - start) / len(views)
-        ungrown = tuple(picture_features(view.image, grow=False) for view in views)
-        placed = found.placed_views
-        agreement = tuple(
-            grey_agreement(picture.regions.labels, found.scene, view)
-            for picture, view in zip(block.pictures, placed, strict=True)
-        )
-        runs = tuple(_vertex_run(v, placed, true) for v in found.scene.vertices)
+        ungrown = sum(len(picture_features(view.image, grow=False).vertices) for view in views)
+        grown = sum(len(picture.vertices) for picture in block.pictures)
+        runs = tuple(_vertex_run(v, found.placed_views, true) for v in found.scene.vertices)
     if not found.scene.faces:
         raise InputError(f"the paper's front end finds no face of the block of seed {seed}")
-    return Experiment(found, block, ungrown, agreement, runs, each, total)
+    return Experiment(found, block, ungrown, grown, runs, each, total)
 
 
 def _vertex_run(vertex: Vertex, views: tuple[View, ...], true: FloatArray) -> VertexRun:
-    """The vertex of a scene through the views at their adjusted poses, each pixel as sure as the
-    scene takes it: from edge pixels alone corners would be known two to five times too well.
+    """Follow a vertex of the scene through the views at their adjusted poses.
+
+    Pixels have the covariance that the scene gives them: by edge pixels alone corners would be
+    known two to five times too well.
     """
     seen = sorted(vertex.observations, key=lambda o: o.view)
     # The recursion works in inches, as the paper's.

@@ -13,13 +13,10 @@ from facetlog.kb.explaining.verdict_text import holding_text
 from facetlog.output_folder import output_folder
 from facetlog.page.policy import head_lines, scripts_in
 from facetlog.paper import pictures
-from facetlog.paper.curves import covariance_curve, estimate_curve, shown_vertices
 from facetlog.paper.experiment import METRES_PER_INCH, Experiment, VertexRun
 from facetlog.paper.printed import plane_iterations, point_iterations
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.mesh_export import viewer_html
-
-__all__ = ["PAGE_FILE", "deviations", "page", "write_paper_page"]
 
 PAGE_FILE = "paper.html"
 SIGHTINGS = 6
@@ -53,15 +50,9 @@ def page(run: Experiment, seed: int) -> str:
 
 def _contents(run: Experiment, seed: int) -> dict[str, Any]:
     scene, recognition = run.found.scene, run.found.recognition
-    # The picture that separates three faces best by their greys, as the paper's does.
-    view = max(
-        range(len(run.views)),
-        key=lambda k: (len(run.agreement[k].faces), min(run.agreement[k].overlap, default=0.0)),
-    )
-    vertex = run.vertices.index(shown_vertices(run)[0])
-    ungrown, grown = (sum(counts) for counts in run.lost)
-    rand = [a.rand for a in run.agreement if a.rand is not None]
-    own = [o for a in run.agreement for o in a.own]
+    # The first picture with the most regions of grey: it shows three faces, as the paper's does.
+    view = max(range(len(run.views)), key=lambda k: run.block.pictures[k].regions.labels.max())
+    most_seen = run.shown_vertices[0]
     viewer = viewer_html(scene)
     return {
         "head": head_lines(scripts_in(viewer), version=__version__),
@@ -73,33 +64,28 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
         "shown": f"{run.views[view].name}, as the camera took it",
         "picture": pictures.data_uri(run.views[view].image),
         "thresholded": pictures.thresholded_picture(run.views[view].image),
-        "histogram": pictures.histogram(run, view),
         "regions": pictures.regions_picture(run, view),
-        "lost": pictures.lost_vertices(run, view),
-        "ungrown": ungrown,
-        "grown": grown,
-        "own": sum(own),
-        "in_sight": len(own),
-        "rand": f"{np.median(rand):.2f}" if rand else "not known",
+        "ungrown": run.ungrown,
+        "grown": run.grown,
         "edges": pictures.edges_picture(run, view),
         "labels": pictures.labels_picture(run, view),
-        "vertex_a": _vertex(run.vertices[vertex], scene),
-        "sightings": pictures.sightings(run, vertex, SIGHTINGS),
+        "vertex_a": _vertex(most_seen, scene),
+        "sightings": pictures.sightings(run, most_seen, SIGHTINGS),
         "vertices": [_vertex(v, scene) for v in run.vertices],
         "nees": f"{np.nanmean([v.nees for v in run.vertices]) / 3:.1f}",
         "curves": [
             {
                 "label": v.label.replace("_", " "),
-                "estimate": estimate_curve(v),
-                "covariance": covariance_curve(v),
+                "estimate": pictures.estimate_curve(v),
+                "covariance": pictures.covariance_curve(v),
             }
-            for v in shown_vertices(run)
+            for v in run.shown_vertices
         ],
         "point_iterations": point_iterations(),
         "plane_iterations": plane_iterations(),
         "viewer": viewer,
         "angles": _angles(run),
-        "model": _model_text(),
+        "model": files("facetlog.rules").joinpath("box.model").read_text(encoding="utf-8"),
         "proof": "\n".join(recognition.lines()),
         "picture_ms": f"{1e3 * run.seconds:.0f}",
         "total_s": f"{run.total_seconds:.1f}",
@@ -148,7 +134,3 @@ def _angles(run: Experiment) -> list[dict[str, str]]:
         for _, a, b, angle, sd in rows
         if str(a) < str(b)
     ]
-
-
-def _model_text() -> str:
-    return files("facetlog.rules").joinpath("box.model").read_text(encoding="utf-8")

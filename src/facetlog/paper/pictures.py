@@ -1,4 +1,4 @@
-"""The paper's figures 8 to 11 from a run: the camera map, and what the pictures show."""
+"""The paper's figures 8 to 13 from a run: camera map, pictures, estimates against views."""
 
 from base64 import b64encode
 from io import BytesIO
@@ -7,35 +7,16 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from facetlog.paper.experiment import METRES_PER_INCH, Experiment
+from facetlog.paper.experiment import METRES_PER_INCH, Experiment, VertexRun
 from facetlog.perception.detection.block_front_end.edge_lines import edge_pixels
-from facetlog.perception.detection.block_front_end.faces_of_block import picture_features
 from facetlog.perception.detection.block_front_end.localise import (
     PAPER_THRESHOLD,
     binary_picture,
-)
-from facetlog.perception.detection.block_front_end.plane_regions import (
-    neighbourhood_mean,
 )
 from facetlog.perception.types import FloatArray, Image
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = [
-    "camera_map",
-    "data_uri",
-    "edges_picture",
-    "histogram",
-    "labels_picture",
-    "lost_vertices",
-    "new_figure",
-    "regions_picture",
-    "sightings",
-    "svg_uri",
-    "thresholded_picture",
-    "thumbnail",
-]
 
 SET_NAMES = ("I", "II", "III", "IV")
 # Pictures on the page: pixels across of a thumbnail and half the side of what surrounds a vertex.
@@ -45,12 +26,10 @@ AROUND_PX = 28
 SURROUNDINGS, SHOWN_PX, LETTERS = 0.6, 640, 0.5
 ENLARGED = 4
 JPEG_QUALITY = 85
-# Thresholds that figure 9's picture is tried at.
-TRIED = range(100, 241, 10)
 
 
 def new_figure(width: float, height: float) -> "Figure":
-    """An empty figure of a size in inches, that draws without a screen."""
+    """Return an empty figure of a size in inches that draws without a screen."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -60,7 +39,7 @@ def new_figure(width: float, height: float) -> "Figure":
 
 
 def svg_uri(figure: "Figure") -> str:
-    """The figure as the address of an image that holds itself."""
+    """Return a figure as the address of an image that holds itself."""
     from matplotlib import rc_context
 
     out = BytesIO()
@@ -70,9 +49,8 @@ def svg_uri(figure: "Figure") -> str:
 
 
 def data_uri(image: Image) -> str:
-    """The same of a picture (H, W) or (H, W, 3), blue first."""
-    kind, options = (".jpg", [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    data = cv2.imencode(kind, image, options)[1].tobytes()
+    """Return a picture (H, W) or (H, W, 3), blue first, as an address that holds it."""
+    data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
     return f"data:image/jpeg;base64,{b64encode(data).decode()}"
 
 
@@ -112,52 +90,13 @@ def thresholded_picture(image: Image) -> str:
     return data_uri(binary_picture(image, PAPER_THRESHOLD))
 
 
-def histogram(run: Experiment, view: int) -> str:
-    """The grey levels of the object, as means of 8 neighbours, and the thresholds between peaks."""
-    features = run.block.pictures[view]
-    mask = features.object.mask
-    means = neighbourhood_mean(run.views[view].image, mask)[mask > 0]
-    figure = new_figure(6.4, 2.8)
-    axes = figure.subplots()
-    axes.hist(means, bins=256, range=(0.0, 256.0), color="0.5")
-    for threshold in features.regions.thresholds:
-        axes.axvline(threshold, color="C3", lw=1.2)
-    axes.set(xlabel="grey level, mean of 8 neighbours", ylabel="pixels of the object")
-    axes.set_xlim(max(means.min() - 10.0, 0.0), min(means.max() + 10.0, 255.0))
-    return svg_uri(figure)
-
-
 def regions_picture(run: Experiment, view: int) -> str:
-    """The regions of one grey in colours, with the 3-D faces' outlines drawn over them."""
-    labels = run.block.pictures[view].regions.labels
+    """Draw the regions of one grey in colours."""
+    found = run.block.pictures[view]
+    labels = found.regions.labels
     colours = np.array([[60, 60, 60], [80, 170, 240], [120, 200, 90], [230, 150, 90]], np.uint8)
     picture = colours[np.where(labels > 0, 1 + (labels - 1) % 3, 0)]
-    placed = run.found.placed_views[view]
-    scene = run.found.scene
-    for face in scene.faces:
-        if face.plane.distance(placed.pose.centre) <= 0:
-            continue
-        ring = np.column_stack([scene.points[list(face.outline)], np.ones(len(face.outline))])
-        seen = ring @ placed.projection.T
-        pixels = np.rint(seen[:, :2] / seen[:, 2:]).astype(np.int32)
-        cv2.polylines(picture, [pixels], isClosed=True, color=(255, 255, 255), thickness=1)
-    mask = run.block.pictures[view].object.mask
-    return data_uri(_enlarged(picture, mask, cv2.INTER_NEAREST)[0])
-
-
-def lost_vertices(run: Experiment, view: int) -> str:
-    """How many 2-D vertices are found at other thresholds, with and without region growing."""
-    image = run.views[view].image
-    figure = new_figure(6.4, 2.8)
-    axes = figure.subplots()
-    for grow, label in ((False, "thresholding alone"), (True, "and region growing")):
-        found = [len(picture_features(image, threshold=t, grow=grow).vertices) for t in TRIED]
-        axes.plot(TRIED, found, "s-" if grow else "o--", label=label, ms=4)
-    axes.axvline(PAPER_THRESHOLD, color="0.6", lw=1, ls=":")
-    axes.set(xlabel="threshold", ylabel="2-D vertices", ylim=(-0.4, 8.0))
-    axes.legend(frameon=False, fontsize=8)
-    axes.grid(alpha=0.3)
-    return svg_uri(figure)
+    return data_uri(_enlarged(picture, found.object.mask, cv2.INTER_NEAREST)[0])
 
 
 def edges_picture(run: Experiment, view: int) -> str:
@@ -205,10 +144,9 @@ def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, f
     return large, np.array([left, top], dtype=np.float64), factor
 
 
-def sightings(run: Experiment, vertex: int, count: int) -> list[tuple[str, str]]:
+def sightings(run: Experiment, track: VertexRun, count: int) -> list[tuple[str, str]]:
     """Figure 11: the first views of a vertex, each with its pixel (u, v) and its surroundings."""
     found = []
-    track = run.vertices[vertex]
     for view, uv in list(zip(track.views, track.pixels, strict=True))[:count]:
         image = run.views[view].image
         padded = np.pad(image, AROUND_PX, constant_values=128)
@@ -221,3 +159,43 @@ def sightings(run: Experiment, vertex: int, count: int) -> list[tuple[str, str]]
         where = f"{run.views[view].name}: ({uv[0]:.2f}, {uv[1]:.2f})"
         found.append((where, data_uri(np.asarray(colour, dtype=np.uint8))))
     return found
+
+
+def estimate_curve(vertex: VertexRun) -> str:
+    """Figure 12: x, y and z less the truth after each view, with three standard deviations, and
+    the printed recursion's from its zero start beside it.
+    """
+    figure = new_figure(6.8, 4.4)
+    panels = figure.subplots(3, 1, sharex=True)
+    views = np.arange(1, len(vertex.views) + 1)
+    for k, axes in enumerate(panels):
+        off = vertex.points[:, k] - vertex.true[k]
+        sd = np.sqrt(vertex.covs[:, k, k])
+        axes.fill_between(views, off - 3 * sd, off + 3 * sd, color="C0", alpha=0.2, lw=0)
+        axes.plot(views, off, ".-", color="C0", label="this recursion, ± 3 sd")
+        plain = vertex.plain_points[:, k] - vertex.true[k]
+        axes.plot(views, plain, "--", color="C1", lw=1, label="as printed, from zero")
+        axes.axhline(vertex.at_once[k] - vertex.true[k], color="C2", lw=1, label="all at once")
+        # The zero start is inches off at first: what the views settle on is to be seen.
+        reach = 1.1 * float(np.nanmax(np.abs(off) + 3 * sd))
+        axes.set(ylim=(-reach, reach), ylabel=f"{'xyz'[k]} – true, in")
+        axes.grid(alpha=0.3)
+    panels[0].legend(frameon=False, fontsize=8, ncol=3, loc="upper right")
+    panels[-1].set_xlabel("views that showed it")
+    return svg_uri(figure)
+
+
+def covariance_curve(vertex: VertexRun) -> str:
+    """Figure 13: the elements on the covariance's diagonal after each view."""
+    figure = new_figure(6.8, 2.8)
+    axes = figure.subplots()
+    views = np.arange(1, len(vertex.views) + 1)
+    for k in range(3):
+        name = f"S {'xyz'[k]}{'xyz'[k]}"
+        axes.semilogy(views, vertex.covs[:, k, k], ".-", color=f"C{k}", label=name)
+        axes.semilogy(views, vertex.plain_covs[:, k, k], "--", color=f"C{k}", lw=1)
+    axes.plot([], [], "--", color="0.4", lw=1, label="as printed, from zero")
+    axes.set(xlabel="views that showed it", ylabel="variance, in²")
+    axes.legend(frameon=False, fontsize=8, ncol=2)
+    axes.grid(alpha=0.3)
+    return svg_uri(figure)

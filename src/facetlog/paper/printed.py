@@ -14,8 +14,6 @@ from facetlog.perception.estimation.point_filter import plain_recursion
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
 
-__all__ = ["Iteration", "plane_iterations", "point_iterations", "printed"]
-
 
 @dataclass(frozen=True, slots=True)
 class Iteration:

@@ -15,8 +15,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ZERO", "Assembly", "Form", "Length", "Part"]
-
 
 class Form(Protocol):
     """A kind of solid with sizes that can be chosen."""

@@ -7,8 +7,6 @@ from facetlog.prototype.fit import slopes, stepped
 from facetlog.prototype.search import Search
 from facetlog.prototype.workbench import Candidate
 
-__all__ = ["conflict", "never_together"]
-
 # Sets of more conditions are explained by no one.
 MOST_TOGETHER = 3
 # How often a set is tried to be met by itself, by how many forms, in how many steps.

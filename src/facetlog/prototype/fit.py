@@ -14,8 +14,6 @@ from scipy.optimize import linprog
 from facetlog.perception.types import FloatArray
 from facetlog.prototype.objective import FAR, Judged, Margins
 
-__all__ = ["Slopes", "Try", "fitted", "slopes", "stepped"]
-
 Try: TypeAlias = Callable[[Mapping[str, float]], Judged | None]
 """Judges a form of these sizes; None for sizes that nothing can have."""
 

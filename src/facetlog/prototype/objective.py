@@ -17,8 +17,6 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.perception.scene import Scene
 
-__all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "counts_in", "margin_of", "margins_of"]
-
 FAR = 0.5
 """The most that a margin counts where solids are compared: in the middle half of its limits all is
 well. What is true or false alone is so far from its limit."""

@@ -10,8 +10,6 @@ from facetlog.perception.surfaces.drawing.lettering import plain
 from facetlog.perception.surfaces.drawing.thumbnail import on_white, thumbnail, tint_colour
 from facetlog.prototype.objective import Judged
 
-__all__ = ["picture", "role_faces"]
-
 # Of the picture's side: a line of the legend, and its letters.
 LINE, LETTERS = 0.035, 0.0011
 INK = (40, 40, 40)

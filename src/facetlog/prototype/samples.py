@@ -22,8 +22,6 @@ from facetlog.prototype.objective import EXPECTED, PART, Judged, Margins
 from facetlog.prototype.search import Search
 from facetlog.prototype.workbench import Candidate, Workbench
 
-__all__ = ["Sample", "explored", "holding_samples", "near_misses"]
-
 # Logarithms by which sizes vary: all of them together, and each by itself; around a near miss.
 TOGETHER, APART, NEAR = 0.15, 0.15, 0.03
 # What is judged beforehand, beside forms that grow: so many sizes far from what holds, and forms

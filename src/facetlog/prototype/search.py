@@ -10,8 +10,6 @@ from facetlog.prototype.forms import COUNTS, MOST_PARTS, grown_from, starting_fo
 from facetlog.prototype.objective import counts_in
 from facetlog.prototype.workbench import Candidate, Workbench
 
-__all__ = ["Search", "searched"]
-
 # How many of a generation are fitted, and how many grow further.
 FITTED, GROWING = 4, 3
 GENERATIONS = 3

@@ -10,8 +10,6 @@ from facetlog.prototype.assembly import Form
 from facetlog.prototype.fit import Try
 from facetlog.prototype.objective import Judged, margins_of
 
-__all__ = ["Candidate", "Workbench"]
-
 SCENE = "drawn"
 THING = "t1"
 

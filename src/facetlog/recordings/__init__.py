@@ -1,1 +1,1 @@
-"""Collections as recordings that other programs play: MCAP for ROS 2 tools, Rerun."""
+"""Collections as MCAP recordings for ROS 2 tools."""

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError, missing_extra
@@ -31,19 +32,13 @@ from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
 from facetlog.recordings.on_scene import face_loops, verdict_places
-from facetlog.recordings.ros_messages import (
-    LINE_STRIP,
-    MAP,
-    SPHERE,
-    TEXT_VIEW_FACING,
-    RosMessages,
-    nanoseconds,
-)
 from facetlog.robot.camera.optics import Optics
 from facetlog.robot.pioneer.state import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
 
 if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Scene
 
@@ -79,6 +74,13 @@ LINE_WIDTH, TEXT_HEIGHT = 0.004, 0.06  # metres
 MEASURED, IMPLIED, INK = (0.1, 0.45, 0.8, 1.0), (0.6, 0.6, 0.6, 1.0), (0.1, 0.1, 0.1, 1.0)
 CHOSEN = (0.85, 0.5, 0.1, 1.0)
 ON_FLOOR = (0, 1, 5)
+
+MAP = "map"
+"""The frame of markers."""
+NANO = 1_000_000_000
+# Of visualization_msgs/Marker.
+SPHERE, LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 2, 4, 9, 0, 3
+ZEROS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 
 def checked_mcap(path: Path) -> Path:
@@ -170,7 +172,6 @@ class McapRecording:
                         linear=self._ros.vector(speed[0], 0.0, 0.0),
                         angular=self._ros.vector(0.0, 0.0, speed[1]),
                     ),
-                    covariance=np.zeros(36),
                 ),
             )
 
@@ -191,8 +192,6 @@ class McapRecording:
             header=self._ros.header(at, BASE),
             name=JOINTS,
             position=np.array([view.pan, view.tilt]),
-            velocity=np.zeros(0),
-            effort=np.zeros(0),
         )
         self._write("/camera/camera_info", at, **self._camera_info(at, moment.optics))
         self._write(
@@ -221,7 +220,7 @@ class McapRecording:
             self._write("/facetlog/verdicts", at, markers=self._verdicts(at))
 
     def _faces(self, at: float) -> list[Any]:
-        markers = [self._ros.cleared(at)]
+        markers = [self._ros.clear_markers(at)]
         if self._scene is None:
             return markers
         for number, (face, loop) in enumerate(face_loops(self._scene)):
@@ -234,7 +233,7 @@ class McapRecording:
         return markers
 
     def _verdicts(self, at: float) -> list[Any]:
-        markers = [self._ros.cleared(at)]
+        markers = [self._ros.clear_markers(at)]
         if self._scene is None or self._recognition is None:
             return markers
         kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
@@ -246,7 +245,7 @@ class McapRecording:
 
     def _candidates(self, moment: Moment) -> list[Any]:
         """A ball where each view would be taken, the larger the more it promised a second."""
-        at, markers = moment.taken.time, [self._ros.cleared(moment.taken.time)]
+        at, markers = moment.taken.time, [self._ros.clear_markers(moment.taken.time)]
         for number, each in enumerate(moment.candidates):
             colour, size = CHOSEN if each.is_chosen else IMPLIED, 2 * each.radius
             markers.append(
@@ -275,16 +274,6 @@ class McapRecording:
             "k": k.ravel(),
             "r": np.eye(3).ravel(),
             "p": np.column_stack([k, np.zeros(3)]).ravel(),
-            "binning_x": 0,
-            "binning_y": 0,
-            "roi": self._ros.make(
-                "sensor_msgs/msg/RegionOfInterest",
-                x_offset=0,
-                y_offset=0,
-                height=0,
-                width=0,
-                do_rectify=False,
-            ),
         }
 
     def _robot_frames(self, at: float, start: Pose2, here: Pose2) -> list[Any]:
@@ -311,3 +300,110 @@ def _on_floor(covariance: FloatArray) -> FloatArray:
     whole = np.zeros((6, 6))
     whole[np.ix_(ON_FLOOR, ON_FLOOR)] = covariance
     return whole.ravel()
+
+
+class RosMessages:
+    """Makes messages of the types of a `store`; times are seconds, places metres."""
+
+    def __init__(self, store: "Typestore") -> None:
+        self._store = store
+
+    def make(self, kind: str, **fields: Any) -> Any:
+        """Return a message of a type, as "geometry_msgs/msg/Pose"; fields not given are zero."""
+        _, wanted = self._store.fielddefs[kind]
+        absent = {name: self._zero(*of) for name, of in wanted if name not in fields}
+        return self._store.types[kind](**fields, **absent)
+
+    def _zero(self, node: Nodetype, of: Any) -> Any:
+        """Return zero, an empty text, an empty list or a message of zeros for a field."""
+        if node is Nodetype.NAME:
+            return self.make(of)
+        if node is Nodetype.BASE:
+            return ZEROS.get(of[0], 0)
+        (inner, kind), count = of
+        if inner is Nodetype.BASE and kind[0] != "string":
+            return np.zeros(count if node is Nodetype.ARRAY else 0, dtype=kind[0])
+        return []
+
+    def point(self, place: FloatArray) -> Any:
+        """geometry_msgs/Point."""
+        x, y, z = map(float, place)
+        return self.make("geometry_msgs/msg/Point", x=x, y=y, z=z)
+
+    def pose(self, place: FloatArray, turn: Rotation) -> Any:
+        """geometry_msgs/Pose."""
+        return self.make(
+            "geometry_msgs/msg/Pose",
+            position=self.point(place),
+            orientation=self.quaternion(turn),
+        )
+
+    def quaternion(self, turn: Rotation) -> Any:
+        """geometry_msgs/Quaternion."""
+        x, y, z, w = turn.as_quat(canonical=True).tolist()
+        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def vector(self, x: float, y: float, z: float) -> Any:
+        """geometry_msgs/Vector3."""
+        return self.make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+
+    def header(self, at: float, frame: str) -> Any:
+        """std_msgs/Header of a time and a frame."""
+        seconds, rest = divmod(nanoseconds(at), NANO)
+        stamp = self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def transform(
+        self, at: float, parent: str, child: str, place: FloatArray, turn: Rotation
+    ) -> Any:
+        """geometry_msgs/TransformStamped from a parent's frame to a child's."""
+        return self.make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self.header(at, parent),
+            child_frame_id=child,
+            transform=self.make(
+                "geometry_msgs/msg/Transform",
+                translation=self.vector(*place),
+                rotation=self.quaternion(turn),
+            ),
+        )
+
+    def marker(
+        self,
+        at: float,
+        group: str,
+        number: int,
+        kind: int,
+        colour: tuple[float, float, float, float],
+        size: float,
+        *,
+        points: "list[Any] | None" = None,
+        text: str = "",
+        place: FloatArray | None = None,
+    ) -> Any:
+        """visualization_msgs/Marker in the map, of a namespace and a number there."""
+        r, g, b, a = colour
+        return self.make(
+            "visualization_msgs/msg/Marker",
+            header=self.header(at, MAP),
+            ns=group,
+            id=number,
+            type=kind,
+            action=ADD,
+            pose=self.pose(np.zeros(3) if place is None else place, Rotation.identity()),
+            scale=self.vector(size, size, size),
+            color=self.make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=a),
+            points=points or [],
+            text=text,
+        )
+
+    def clear_markers(self, at: float) -> Any:
+        """Return the marker that removes those of the view before."""
+        header = self.header(at, MAP)
+        return self.make("visualization_msgs/msg/Marker", header=header, action=DELETE_ALL)
+
+
+def nanoseconds(at: float) -> int:
+    """A time as ROS has it."""
+    seconds = math.floor(at)
+    return seconds * NANO + round((at - seconds) * NANO)

@@ -2,16 +2,18 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from facetlog.errors import InputError
-from facetlog.perception.types import Camera
-from facetlog.recordings.candidate_views import CandidateView, candidate_views
+from facetlog.perception.types import Camera, FloatArray
 from facetlog.regular_file import read_regular_text
 from facetlog.robot.camera.optics import Optics
+from facetlog.robot.collecting.next_stop import CHOSEN
 from facetlog.robot.collecting.record import (
     HALF_PIXEL,
     TRANSFORMS_FILE,
@@ -28,9 +30,55 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Scene
 
-__all__ = ["Moment", "Recorder", "read_moment", "recorded_optics"]
-
+# Of the ball that stands for the best of some candidates, and for one that promised nothing, m.
+LARGEST, SMALLEST = 0.05, 0.008
 COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CandidateView:
+    """A view from a `place` (3,) that could be taken: the probability `mass` of verdicts that it
+    may turn, `seconds` until it is there. `radius` is that of the ball that stands for it (m): its
+    area is as what it promised a second.
+    """
+
+    place: FloatArray
+    mass: float
+    seconds: float
+    is_chosen: bool
+    radius: float
+
+    @property
+    def words(self) -> str:
+        """For example 'may turn 0.31 verdicts, in 9 s'."""
+        return f"may turn {self.mass:.2f} verdicts, in {self.seconds:.0f} s"
+
+
+def candidate_views(lines: Sequence[Mapping[str, object]], name: str) -> tuple[CandidateView, ...]:
+    """Those among which the view of a name was chosen; none of one of a tour, or of the first."""
+    rows: object = next(
+        (
+            line.get("candidates")
+            for line in reversed(lines)
+            if line.get("result") == CHOSEN and line.get("image") == name
+        ),
+        None,
+    )
+    if not isinstance(rows, list) or not rows:
+        return ()
+    table = np.array(rows, dtype=np.float64).reshape(-1, 6)
+    rates = table[:, 3] / np.maximum(table[:, 4], 1e-9)
+    most = float(rates.max())
+    return tuple(
+        CandidateView(
+            row[:3],
+            float(row[3]),
+            float(row[4]),
+            bool(row[5]),
+            max(LARGEST * math.sqrt(rate / most) if most > 0 else 0.0, SMALLEST),
+        )
+        for row, rate in zip(table, rates, strict=True)
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,7 +98,7 @@ class Moment:
     way: tuple[tuple[float, Pose2], ...]
     scene: "Scene | None" = None
     recognition: "Recognition | None" = None
-    candidates: "tuple[CandidateView, ...]" = ()
+    candidates: tuple[CandidateView, ...] = ()
 
 
 class Recorder(Protocol):

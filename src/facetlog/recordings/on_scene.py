@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Face, Scene
 
-__all__ = ["face_loops", "outlined", "verdict_places"]
-
 
 def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
     """Each face of a scene with the points (n, 3) of its outline."""

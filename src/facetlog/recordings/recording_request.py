@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.recordings.mcap_recording import McapRecording
 
-__all__ = ["check_recording", "open_recording", "record_collection"]
-
 
 def check_recording(
     path: Path, views: Path, inputs: Iterable[Path] = (), *, overwrite: bool = False

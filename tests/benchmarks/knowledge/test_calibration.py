@@ -6,23 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import trimesh
 
 from benchmarks.common import Settings, text
 from benchmarks.knowledge import calibration_scenes
-from benchmarks.knowledge.calibration import Judged, chance_error, draw, judged, report, write
+from benchmarks.knowledge.calibration import Judged, chance_error, judged, report, write
 from benchmarks.knowledge.calibration_scenes import (
-    KINDS,
     LABELS,
     OPEN,
     LabelledScene,
     main_thing,
-    shape_scenes,
     tour_scene,
     truth,
 )
 from benchmarks.pictures.recognition import tour_views
-from facetlog.errors import InputError
 from facetlog.kb.calibration import Calibration, InputKind
 from facetlog.kb.calibration_fit import fit
 from facetlog.kb.explaining.proof import State
@@ -32,8 +28,6 @@ from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import moved, together
-from facetlog.robot.rendering.varied import VARIED
-from facetlog.robot.rendering.worlds import WORLDS
 from facetlog.robot.tour import tour_poses
 
 
@@ -52,16 +46,6 @@ def found() -> Judged:
     return judged(
         [*scenes, exact("bench", "bench"), LabelledScene("cylinder", "tour of cylinder", (), None)]
     )
-
-
-def test_every_world_of_varied_things_has_its_truth() -> None:
-    assert set(VARIED) <= set(KINDS) <= set(WORLDS)
-    assert {world for world, _ in OPEN} <= set(KINDS)
-    tours = {world: LabelledScene(world, f"tour of {world}", (), None) for world in KINDS}
-    assert truth(tours["desk"], "table") is True
-    assert truth(tours["bench"], "table") is False
-    assert truth(tours["cabinet"], "box") is None
-    assert truth(tours["cabinet"], "cabinet") is True
 
 
 @pytest.mark.parametrize(
@@ -92,22 +76,6 @@ def test_a_scene_is_of_the_kind_of_its_main_thing() -> None:
     }
 
 
-def test_shapes_of_the_development_half_are_read_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    lines = ["file,label,up_axis,units,kind"]
-    for name in ("a", "b", "c", "d"):
-        trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / f"{name}.ply")
-        lines.append(f"{name}.ply,box,z,m,mesh")
-    (tmp_path / "labels.csv").write_text("\n".join(lines), encoding="utf-8")
-    found = list(shape_scenes(tmp_path))
-    assert 0 < len(found) < 4
-    assert {scene.kind for scene in found} == {InputKind.WHOLE}
-    monkeypatch.setattr(calibration_scenes, "scene_of", None)
-    assert list(shape_scenes(tmp_path)) == found
-
-
 def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
     small = moved(build("cuboid", {}), translation=(5.0, 0.0, 0.0), scale=0.2)
     for scenes in ((small, build("cuboid", {})), (build("cuboid", {}), small)):
@@ -134,18 +102,6 @@ def reconstructed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[float
     return calls
 
 
-def test_a_scene_is_rendered_once_and_its_facts_are_kept(
-    reconstructed: list[float], tmp_path: Path
-) -> None:
-    first = tour_scene("tables", 3)
-    again = tour_scene("tables", 3)
-    assert again == first
-    assert first.thing == "t1"
-    assert len(reconstructed) == 1
-    (kept,) = tmp_path.rglob("*.json.gz")
-    assert kept.name.startswith("tables-3-")
-
-
 def test_facts_are_kept_by_world_and_seed_and_code(
     reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,25 +115,6 @@ def test_facts_are_kept_by_world_and_seed_and_code(
     monkeypatch.setattr(calibration_scenes, "_code", lambda _: "another")
     tour_scene("tables", 3)
     assert len(reconstructed) == 4
-
-
-def test_lengths_are_those_of_the_real_thing(reconstructed: list[float]) -> None:
-    tour_scene("block", 3)
-    tour_scene("tables", 3)
-    model_scale = calibration_scenes.make_world("tables", 3).model_scale
-    assert reconstructed[1] == pytest.approx(model_scale * reconstructed[0])
-
-
-def test_a_fault_is_kept_and_gives_no_thing(
-    reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object, **__: object) -> Scene:
-        raise InputError("no")
-
-    monkeypatch.setattr(calibration_scenes, "reconstruct_views", refuse)
-    assert tour_scene("block", 5).fault == "InputError"
-    scene = tour_scene("block", 5)
-    assert (scene.fault, scene.thing, scene.facts) == ("InputError", None, ())
 
 
 def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
@@ -205,16 +142,6 @@ def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
     lines = "\n".join(text(said.to_json()))
     assert "ECE calibrated" in lines
     assert "--fit writes this one" in lines
-
-
-def test_the_diagram_names_both_forecasts_and_is_the_same_each_time(
-    found: Judged, tmp_path: Path
-) -> None:
-    for name in ("a", "b"):
-        draw(tmp_path / f"{name}.svg", found)
-    first = (tmp_path / "a.svg").read_text(encoding="utf-8")
-    assert first == (tmp_path / "b.svg").read_text(encoding="utf-8")
-    assert first.startswith("<?xml")
 
 
 def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from benchmarks.pictures.accuracy_worlds import Surface, areas, true_surface
-from benchmarks.pictures.polygons import Polygon
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
@@ -26,24 +25,6 @@ def block() -> Surface:
 
 def corners_of(name: str) -> list[FloatArray]:
     return [facet.corners for facet in make_world(name).facets]
-
-
-def test_samples_are_even_and_the_face_covers_them() -> None:
-    square = Polygon(SQUARE + 3.0)
-    points = square.samples()
-    assert square.area == pytest.approx(4.0)
-    np.testing.assert_allclose(points.mean(axis=0), [4.0, 4.0, 3.0])
-    np.testing.assert_allclose(np.ptp(points, axis=0), [1.9, 1.9, 0.0], atol=1e-9)
-    normals = np.broadcast_to(square.normal, points.shape)
-    assert square.covers(points, normals, offset=0.1, margin=0.0, turn=0.1).all()
-    assert not square.covers(
-        points + 0.2 * square.normal, normals, offset=0.1, margin=0, turn=0.1
-    ).any()
-
-
-def test_all_of_the_block_but_its_bottom_counts(block: Surface) -> None:
-    assert len(np.unique(block.owners)) == 5
-    assert block.areas.sum() == pytest.approx(10 * 8 + 2 * 6 * (10 + 8))
 
 
 @pytest.mark.parametrize("name", ["block", "table", "shelf"])
@@ -74,8 +55,3 @@ def test_a_patch_of_the_floor_is_ground_and_nothing_else(block: Surface) -> None
     assert found.ground == pytest.approx(4.0 / block.areas.sum())
     assert (found.true, found.wrong) == (0.0, 0.0)
     assert np.isnan(found.precision)
-
-
-def test_nothing_found_is_nothing_covered(block: Surface) -> None:
-    found = areas(block, [])
-    assert (found.covered, found.true, found.wrong, found.ground) == (0.0, 0.0, 0.0, 0.0)

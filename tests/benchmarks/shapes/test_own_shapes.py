@@ -1,7 +1,5 @@
 """Our own shapes are what their labels say: boxes closed and thick enough, the same by seed."""
 
-from collections import Counter
-
 import numpy as np
 import pytest
 import trimesh
@@ -21,31 +19,11 @@ def upright(seed: int) -> FloatArray:
     return np.asarray(own.vertices @ np.vstack([across, own.up]).T)
 
 
-def test_two_hundred_shapes_have_eighty_boxes_and_all_four_answers() -> None:
-    labels = Counter(KINDS[seed % len(KINDS)][1] for seed in range(OWN_SHAPES))
-    assert labels["box"] == 80
-    assert labels["table"] >= 24
-    assert labels["chair"] >= 24
-    assert sum(n for label, n in labels.items() if label not in ("box", "table", "chair")) >= 60
-
-
 def test_a_seed_gives_the_same_shape_and_others_another() -> None:
     one, again, other = own_shape(7), own_shape(7), own_shape(7 + len(KINDS))
     np.testing.assert_array_equal(one.vertices, again.vertices)
     assert one.name == other.name
     assert np.ptp(one.vertices, axis=0) != pytest.approx(np.ptp(other.vertices, axis=0))
-
-
-@pytest.mark.parametrize("seed", range(len(KINDS)), ids=[name for name, _, _ in KINDS])
-def test_shape_is_sound(seed: int) -> None:
-    own = own_shape(seed)
-    assert np.isfinite(own.vertices).all()
-    assert own.triangles.min() >= 0
-    assert own.triangles.max() < len(own.vertices)
-    assert np.linalg.norm(own.up) == pytest.approx(1.0)
-    corners = own.vertices[own.triangles]
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.linalg.norm(sides, axis=1).sum() > 0.0
 
 
 @pytest.mark.parametrize("name", BOXES)
@@ -55,15 +33,6 @@ def test_box_fills_its_least_box_and_is_no_board(name: str) -> None:
     sides = sorted(trimesh.bounds.oriented_bounds(hull)[1])
     assert sides[0] >= LEAST_SIDE * sides[2]
     assert hull.volume >= (1.0 - 4.0 * DETAIL) * np.prod(sides)
-
-
-def test_boards_are_thinner_than_a_box_may_be() -> None:
-    boards = [s for s in range(OWN_SHAPES) if KINDS[s % len(KINDS)][1] == "board_or_door"]
-    for seed in boards:
-        own = own_shape(seed)
-        hull = trimesh.convex.convex_hull(own.vertices)
-        sides = sorted(trimesh.bounds.oriented_bounds(hull)[1])
-        assert sides[0] < LEAST_SIDE * sides[2]
 
 
 @pytest.mark.parametrize("label", ["table", "chair", "shelf", "cabinet_on_legs", "stairs"])

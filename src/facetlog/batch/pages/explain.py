@@ -15,8 +15,6 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
-__all__ = ["Mistaken", "Reason", "explained"]
-
 
 class Mistaken(TypedDict):
     """What was answered, and what would have been right: models, or other words.

@@ -1,7 +1,7 @@
 """The report: one HTML file with all that went wrong, pictures and reasons inside."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -9,16 +9,21 @@ from typing import Any
 from facetlog.batch.confusion import Confusion, Mistake
 from facetlog.batch.outcome import Outcome
 from facetlog.batch.pages.explain import Mistaken
-from facetlog.batch.pages.report_page import Explanation, card, foot, group_head, head
+from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
-from facetlog.batch.rows import Row, closest
+from facetlog.batch.rows import HOLDS, Row, closest, sureness
 from facetlog.batch.run import Finished, Progress, Workers
+from facetlog.counted import many
 from facetlog.perception.atomic_write import writing_whole
-
-__all__ = ["write_report"]
 
 EXPLAINED_AT_ONCE = 256
 """Mistakes whose pictures are in memory together: some megabytes."""
+
+MOST_ERRORS = 200
+"""Scenes with errors that the page lists; the table of results has them all."""
+
+SHADE_LEAST, SHADE_MOST = 0.10, 0.45
+"""Opacity of a cell of the matrix with few and with all of its row."""
 
 
 def write_report(
@@ -29,10 +34,29 @@ def write_report(
     workers: Workers,
     progress: Progress | None = None,
 ) -> None:
-    """Writes the report, whole or not at all; `workers` draw and explain the mistakes."""
+    """Write the report, whole or not at all; `workers` draw and explain the mistakes."""
+    interval = confusion.accuracy.interval
+    spread = "" if interval is None else f", 95 % within {interval[0]:.1%}–{interval[1]:.1%}"
+
+    def count_row(right: str) -> int:
+        return sum(confusion.counts[right, given] for given in confusion.columns)
+
+    def shade(count: int, right: str) -> str:
+        return f"{SHADE_LEAST + (SHADE_MOST - SHADE_LEAST) * count / count_row(right):.2f}"
+
+    pieces = render_page(
+        "report.html.jinja",
+        outcome=outcome,
+        confusion=confusion,
+        spread=spread,
+        total=count_row,
+        shade=shade,
+        percent=lambda share: "–" if share is None else f"{share:.1%}",
+        most_errors=MOST_ERRORS,
+        groups=_groups(confusion, done, _Explainers(workers, confusion, progress)),
+    )
     with writing_whole(path) as file:
-        for text in _page(outcome, confusion, done, _Explainers(workers, confusion, progress)):
-            file.write(text.encode("utf-8", "backslashreplace"))
+        file.writelines(pieces)
 
 
 class _Explainers:
@@ -43,9 +67,9 @@ class _Explainers:
         self._done, self._total = 0, len(confusion.mistakes)
         self._report()
 
-    def explanations(self, tasks: Iterable[Task]) -> dict[str, Explanation]:
-        """By path; a worker that died at one, or took too long, has said so instead."""
-        found: dict[str, Explanation] = {}
+    def explain(self, tasks: Iterable[Task]) -> dict[str, dict[str, Any]]:
+        """Return picture and reasons by path; a failed worker's error is the reason."""
+        found: dict[str, dict[str, Any]] = {}
         for answer in self._workers.answers(tasks):
             explanation = json.loads(answer.line)
             if answer.failed:
@@ -61,33 +85,45 @@ class _Explainers:
             self._progress(self._done, self._total, 0)
 
 
-def _page(
-    outcome: Outcome, confusion: Confusion, done: Finished, explainers: _Explainers
-) -> Iterator[str]:
-    yield from head(outcome, confusion)
+def _groups(
+    confusion: Confusion, done: Finished, explainers: _Explainers
+) -> Iterator[tuple[str, str, int, Iterator[dict[str, Any]]]]:
+    """Yield right and given answer, how many mistakes there are of that kind, and their cards."""
     order = {name: i for i, name in enumerate(confusion.columns)}
+    mistakes = sorted(confusion.mistakes, key=lambda m: (order[m.truth], order[m.answered]))
+    for (truth, answered), group in groupby(mistakes, lambda m: (m.truth, m.answered)):
+        some = tuple(group)
+        yield truth, answered, len(some), _cards(some, confusion.classes, done, explainers)
 
-    def kind(mistake: Mistake) -> tuple[str, str]:
-        return mistake.truth, mistake.answered
 
-    def place(mistake: Mistake) -> tuple[int, int]:
-        return order[mistake.truth], order[mistake.answered]
-
+def _cards(
+    mistakes: Sequence[Mistake], classes: Sequence[str], done: Finished, explainers: _Explainers
+) -> Iterator[dict[str, Any]]:
     items = {item.path: item for item in done.items}
-    for (truth, answered), group in groupby(sorted(confusion.mistakes, key=place), kind):
-        mistakes = tuple(group)
-        yield group_head(truth, answered, len(mistakes))
-        for start in range(0, len(mistakes), EXPLAINED_AT_ONCE):
-            some = mistakes[start : start + EXPLAINED_AT_ONCE]
-            rows = list(done.journal.rows(m.path for m in some))
-            pairs = list(zip(some, rows, strict=True))
-            found = explainers.explanations(
-                [Task(items[m.path], _mistaken(m, r)) for m, r in pairs]
-            )
-            for mistake, row in pairs:
-                yield card(mistake, row, found[mistake.path], confusion.classes)
-        yield "</div>\n"
-    yield foot()
+    for start in range(0, len(mistakes), EXPLAINED_AT_ONCE):
+        some = mistakes[start : start + EXPLAINED_AT_ONCE]
+        pairs = list(zip(some, done.journal.rows(m.path for m in some), strict=True))
+        found = explainers.explain([Task(items[m.path], _mistaken(m, row)) for m, row in pairs])
+        for mistake, row in pairs:
+            counts = ""
+            if row["faces"] is not None:
+                counts = f" · {many(row['faces'], 'face')}, {many(row['things'], 'thing')}"
+            yield {
+                "mistake": mistake,
+                "counts": counts,
+                "chips": list(_chips(row, mistake, classes)),
+                **found[mistake.path],
+            }
+
+
+def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield kind and text of a chip for each model on its nearest thing, the classes first."""
+    best = closest(row)
+    for model in sorted(best, key=lambda name: name not in classes):
+        verdict = best[model]
+        holds = verdict["state"] == HOLDS
+        kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
+        yield kind, f"{model} {f'{sureness(verdict):.0%}' if holds else verdict['state']}"
 
 
 def _mistaken(mistake: Mistake, row: Row) -> dict[str, Any]:

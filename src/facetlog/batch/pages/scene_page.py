@@ -15,8 +15,6 @@ from facetlog.perception.facts.pieces.piece_facts import shown_pieces
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import short_line
 
-__all__ = ["ScenePage", "scene_page"]
-
 
 class ScenePage(TypedDict):
     """A page as text, or why there is none."""

@@ -5,24 +5,18 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from importlib.resources import files
 from pathlib import Path, PurePath
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
-from facetlog import __version__
+from facetlog.batch.pages.render import render_page
 from facetlog.batch.pool import Task
 from facetlog.batch.rows import Row, sureness
 from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable, output_folder
-from facetlog.page.policy import head_lines
 from facetlog.query_shell.scene_files import SCENE_FILE
 from facetlog.terminal import printable
-
-__all__ = ["INDEX", "MOST_PAGES", "check_pages", "page_names", "write_pages"]
 
 OPTION = "--html"
 INDEX = "index.html"
@@ -74,12 +68,17 @@ def write_pages(
             if found["error"] is not None:
                 missing[path] = found["error"].removeprefix(f"{path}: ")
             else:
-                (made / names[path]).write_bytes(_encoded(found["page"]))
+                text = found["page"].encode("utf-8", "backslashreplace")
+                (made / names[path]).write_bytes(text)
             if progress is not None:
                 progress(count, len(tasks), len(missing))
+        pieces = render_page(
+            "scene_pages.html.jinja",
+            title=many(len(done.items), "scene"),
+            rows=(_entry(row, names, missing) for row in done.rows()),
+        )
         with (made / INDEX).open("wb") as file:
-            for text in _index(done, names, missing):
-                file.write(_encoded(text))
+            file.writelines(pieces)
     return missing
 
 
@@ -111,24 +110,6 @@ def _plain(path: str) -> str:
     return safe.encode()[:NAME_BYTES].decode(errors="ignore") or "scene"
 
 
-def _index(done: Finished, names: dict[str, str], missing: dict[str, str]) -> Iterator[str]:
-    environment = Environment(
-        loader=PackageLoader("facetlog.batch.pages", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    style = files("facetlog.batch.pages").joinpath("report.css").read_text(encoding="utf-8")
-    return environment.get_template("scene_pages.html.jinja").generate(
-        title=many(len(done.items), "scene"),
-        rows=(_entry(row, names, missing) for row in done.rows()),
-        head=head_lines(version=__version__),
-        style=style,
-        version=__version__,
-    )
-
-
 def _entry(row: Row, names: dict[str, str], missing: dict[str, str]) -> dict[str, str]:
     path = row["path"]
     why_not = row["error"] or missing.get(path, "")
@@ -140,7 +121,3 @@ def _entry(row: Row, names: dict[str, str], missing: dict[str, str]) -> dict[str
         "sure": f"{sureness(row):.0%}" if held else "",
         "why_not": printable(why_not.removeprefix(f"{path}: ")),
     }
-
-
-def _encoded(text: str) -> bytes:
-    return text.encode("utf-8", "backslashreplace")
