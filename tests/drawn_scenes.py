@@ -36,7 +36,7 @@ def viewed(scene: Scene, views: int, *, distance: float = 2.6, height: float = 0
 
 
 def true_labels(scene: Scene) -> dict[str, dict[str, str]]:
-    """Of each edge that a view shows what it is, by the two faces that have it as a side.
+    """Label each edge that a view shows, by the two faces that have it as a side.
 
     One that only one visible face has is occluding; two that both are seen are convex where each
     lies behind the other's plane.

@@ -103,7 +103,7 @@ def _area(scene: Scene, face: Face) -> float:
 
 
 @pytest.mark.parametrize("wanted", _expectations(), ids=lambda w: w["file"])
-def test_a_file_from_the_field_gets_its_right_answer(wanted: dict[str, str]) -> None:
+def test_a_file_from_the_field_gets_its_right_answer(wanted):
     options = _options(wanted)
     row = _rows(options)[wanted["file"]]
     expected = wanted["expected"]

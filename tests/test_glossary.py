@@ -6,7 +6,7 @@ import re
 import pytest
 
 from facetlog.cli import main
-from facetlog.glossary import TOPICS, Entry, format_markdown, list_entries
+from facetlog.glossary import TOPICS, format_markdown, list_entries
 from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.vocabulary import VOCABULARY
@@ -15,11 +15,11 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 
 
 @pytest.fixture(scope="module")
-def entries() -> tuple[Entry, ...]:
+def entries():
     return list_entries()
 
 
-def test_every_row_of_every_table_is_explained(entries: tuple[Entry, ...]) -> None:
+def test_every_row_of_every_table_is_explained(entries):
     names = {(entry.topic, entry.name) for entry in entries}
     assert {topic for topic, _ in names} == set(TOPICS)
     assert names >= {("facts", name) for name in FACT_KINDS}
@@ -30,7 +30,7 @@ def test_every_row_of_every_table_is_explained(entries: tuple[Entry, ...]) -> No
     assert all(entry.usage and entry.meaning for entry in entries)
 
 
-def test_words_are_shown_as_models_write_them(entries: tuple[Entry, ...]) -> None:
+def test_words_are_shown_as_models_write_them(entries):
     usages = {entry.usage: entry.notes for entry in entries}
     for usage in (
         "A is level",
@@ -45,14 +45,14 @@ def test_words_are_shown_as_models_write_them(entries: tuple[Entry, ...]) -> Non
     assert "room_corner(width 3 m, height 2.5 m, angle 90 deg)" in usages
 
 
-def test_each_topic_is_a_table_of_equal_rows(entries: tuple[Entry, ...]) -> None:
+def test_each_topic_is_a_table_of_equal_rows(entries):
     tables = re.findall(r"(?:^\|.*\n)+", format_markdown(entries), re.MULTILINE)
     assert len(tables) == len(TOPICS)
     for table in tables:
         assert len({line.count("|") for line in table.splitlines()}) == 1
 
 
-def test_a_word_is_explained_in_all_its_topics(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_word_is_explained_in_all_its_topics(capsys):
     assert main(["model", "words", "tilt", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert [row["topic"] for row in rows] == ["measures", "facts"]
@@ -62,14 +62,12 @@ def test_a_word_is_explained_in_all_its_topics(capsys: pytest.CaptureFixture[str
     assert "cm: unit of a length" in out
 
 
-def test_a_word_that_there_is_not_is_refused_with_the_nearest(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_word_that_there_is_not_is_refused_with_the_nearest(capsys):
     assert main(["model", "words", "elevaton"]) == 2
     assert "elevation" in capsys.readouterr().err
 
 
-def test_builtin_models_are_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_builtin_models_are_listed_and_shown(capsys):
     assert main(["model", "list", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert {row["name"] for row in rows} == builtin_names()

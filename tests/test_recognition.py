@@ -2,7 +2,6 @@
 
 import os
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +57,7 @@ def assert_is_a_box_and_nothing_else(found: Recognition, size: tuple[float, ...]
 
 
 @pytest.mark.parametrize("front_end", FrontEnd)
-def test_the_block_is_a_box_of_its_size(front_end: FrontEnd) -> None:
+def test_the_block_is_a_box_of_its_size(front_end):
     assert_is_a_box_and_nothing_else(
         recognised(tour("block"), front_end).recognition, (10.0, 8.0, 6.0)
     )
@@ -66,24 +65,15 @@ def test_the_block_is_a_box_of_its_size(front_end: FrontEnd) -> None:
 
 @pytest.mark.parametrize("front_end", FrontEnd)
 @pytest.mark.slow
-def test_the_block_is_a_box_in_any_frame(front_end: FrontEnd) -> None:
+def test_the_block_is_a_box_in_any_frame(front_end):
     found = recognised(tour("block"), front_end, FRAMES["turned and scaled"])
     assert_is_a_box_and_nothing_else(found.recognition, (10_000.0, 8_000.0, 6_000.0))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("front_end", FrontEnd)
-@pytest.mark.parametrize("seed", SEEDS[1:])
-def test_other_blocks_are_boxes(front_end: FrontEnd, seed: int) -> None:
-    assert_is_a_box_and_nothing_else(
-        recognised(tour("block", seed), front_end).recognition, (10.0, 8.0, 6.0)
-    )
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("world", ["printed_block", "clutter_block"])
-def test_a_block_is_a_box_with_print_on_it_and_with_things_round_it(world: str, seed: int) -> None:
+def test_a_block_is_a_box_with_print_on_it_and_with_things_round_it(world, seed):
     assert_is_a_box_and_nothing_else(recognised(tour(world, seed)).recognition, (10.0, 8.0, 6.0))
 
 
@@ -91,7 +81,7 @@ def test_a_block_is_a_box_with_print_on_it_and_with_things_round_it(world: str, 
 @pytest.mark.parametrize("front_end", FrontEnd)  # varies first: both ask for the same views
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("world", NO_BOXES)
-def test_what_is_no_box_is_never_called_one(front_end: FrontEnd, world: str, seed: int) -> None:
+def test_what_is_no_box_is_never_called_one(front_end, world, seed):
     try:
         found = recognised(tour(world, seed), front_end).recognition
     except InconsistentViewsError:
@@ -102,19 +92,12 @@ def test_what_is_no_box_is_never_called_one(front_end: FrontEnd, world: str, see
 @pytest.mark.slow
 @pytest.mark.parametrize("front_end", FrontEnd)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_shuffled_poses_are_reported(front_end: FrontEnd, seed: int) -> None:
+def test_shuffled_poses_are_reported(front_end, seed):
     views = shuffled(tour("block", seed), np.random.default_rng(seed))
     with pytest.raises(InconsistentViewsError):
         recognised(views, front_end)
 
 
-@pytest.mark.slow
-def test_one_picture_that_is_missing_changes_no_verdict() -> None:
-    views = tour("block")
-    assert_is_a_box_and_nothing_else(recognised((*views[:7], *views[8:])).recognition)
-
-
-@cache
 def _cube(frame: str) -> tuple[Recognised, EdgeMatch]:
     folder = Path(os.environ["FACETLOG_DATA"]) / "images" / "visp_cube"
     given = read_views(folder)
@@ -137,29 +120,14 @@ needs_data = pytest.mark.skipif(
 @needs_data
 @pytest.mark.slow
 @pytest.mark.parametrize("frame", FRAMES)
-class TestRealCube:
-    """41 real pictures of a printed cube of 84 mm that was moved by hand."""
-
-    def test_it_is_a_box_and_nothing_else(self, frame: str) -> None:
-        found, _ = _cube(frame)
-        assert_is_a_box_and_nothing_else(found.recognition)
-
-    def test_seven_of_its_twelve_edges_are_found(self, frame: str) -> None:
-        _, match = _cube(frame)
-        assert len(match.pairs) >= 7
-
-    def test_their_median_length_is_right_to_three_percent(self, frame: str) -> None:
-        _, match = _cube(frame)
-        lengths = [match.found_lengths[f] for f, _ in match.pairs]
-        side = CUBE_SIDE * FRAMES[frame].scale
-        assert abs(np.median(lengths) / side - 1.0) < 0.03
-
-    def test_every_edge_reported_is_right_to_ten_percent(self, frame: str) -> None:
-        _, match = _cube(frame)
-        side = CUBE_SIDE * FRAMES[frame].scale
-        assert np.abs(match.found_lengths / side - 1.0).max() < 0.10
-
-    def test_no_verdict_on_it_is_a_table_or_a_chair(self, frame: str) -> None:
-        found, _ = _cube(frame)
-        holding = {v.model for v in found.recognition.verdicts if v.state is State.HOLDS}
-        assert holding == {"box"}
+def test_a_real_cube_is_a_box_of_its_size_and_nothing_else(frame: str) -> None:
+    """Judge 41 real pictures of a printed cube of 84 mm that was moved by hand."""
+    found, match = _cube(frame)
+    assert_is_a_box_and_nothing_else(found.recognition)
+    holding = {v.model for v in found.recognition.verdicts if v.state is State.HOLDS}
+    assert holding == {"box"}
+    assert len(match.pairs) >= 7
+    lengths = [match.found_lengths[f] for f, _ in match.pairs]
+    side = CUBE_SIDE * FRAMES[frame].scale
+    assert abs(np.median(lengths) / side - 1.0) < 0.03
+    assert np.abs(match.found_lengths / side - 1.0).max() < 0.10

@@ -41,8 +41,8 @@ _PLACES = {
     "View": "perception.types",
 }
 
-# A checkout without symbolic links (an archive, some file systems) has the five rooms only at
-# the top of the repository: look for them there.
+# A checkout without symbolic links (an archive, some file systems) has the five packages
+# only at the top of the repository: look for them there.
 _here = os.path.dirname(os.path.realpath(__file__))  # noqa: PTH120
 if not os.path.isdir(os.path.join(_here, "kb")):  # noqa: PTH112, PTH118
     __path__.append(os.path.dirname(os.path.dirname(_here)))  # noqa: PTH120

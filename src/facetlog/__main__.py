@@ -1,4 +1,4 @@
-"""Where the program starts: `facetlog` and `python -m facetlog`.
+"""Entry point of `facetlog` and `python -m facetlog`.
 
 Nothing is loaded before Ctrl-C is looked after: what Python itself does before is a traceback.
 """
@@ -15,7 +15,7 @@ INTERRUPTED = 130  # 128 + the signal's number
 
 
 def run() -> "NoReturn":
-    """Runs the command line; Ctrl-C ends it quietly even while it is still being loaded."""
+    """Run the command line; Ctrl-C ends it quietly even while it is still being loaded."""
     try:
         import os
 

@@ -1,4 +1,4 @@
-"""The camera of a robot: camera.toml, as pan-tilt tours have it, for the room that collects."""
+"""Read the camera of a robot from camera.toml, as pan-tilt tours have it."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ MODELS = {
 
 
 def read_optics(path: Path) -> tuple[Optics, float | None]:
-    """The camera in a TOML file, and the metres in the unit that it names, if it names one.
+    """Read the camera in a TOML file, and the metres in the unit that it names, if it names one.
 
     Raises InputError for what is not TOML, CalibrationError for a camera that cannot be.
     """

@@ -4,7 +4,7 @@ __all__ = ["many"]
 
 
 def many(count: int, one: str, several: str = "") -> str:
-    """The count and its noun; the plural is that with an s unless it is given.
+    """Return the count with its noun; the plural has an s unless it is given.
 
     >>> many(1, "face"), many(0, "face"), many(2, "vertex", "vertices")
     ('1 face', '0 faces', '2 vertices')

@@ -1,4 +1,4 @@
-"""How degrees rose and standard deviations fell while views came, as a picture."""
+"""Plot how degrees rose and standard deviations fell while views arrived."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Degrees:
 
 
 def degrees_of(step: "StreamStep") -> Degrees:
-    """The degrees after a step."""
+    """Return the degrees after a step."""
     best: dict[str, float] = {}
     for verdict in () if step.recognition is None else step.recognition.best:
         best[verdict.model] = max(verdict.degree, best.get(verdict.model, 0.0))
@@ -41,14 +41,14 @@ def degrees_of(step: "StreamStep") -> Degrees:
 
 
 def check_plots() -> None:
-    """Raises InputError if nothing can be plotted here: to be called before any long work."""
+    """Raise InputError if nothing can be plotted here: to be called before any long work."""
     if find_spec("matplotlib") is None:
         raise missing_extra("plots", "matplotlib", "plots")
 
 
 def write_degree_plot(path: Path, steps: Sequence[Degrees], name: str) -> None:
-    """Writes an SVG: above the degree of each model that ever held, below the largest standard
-    deviation; the polished result stands as a ring after the last view.
+    """Write an SVG: above the degree of each model that ever held, below the largest standard
+    deviation; a ring after the last view is the polished result.
     """
     # Not at the top: it takes longer to load than a view.
     from matplotlib import rc_context

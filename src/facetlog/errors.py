@@ -1,6 +1,6 @@
 """The errors a reader can do something about; each message is one line that names the way out.
 
-This module is the lowest of the house: every room may import it, and it imports nothing.
+Every package may import this module, which imports nothing.
 """
 
 __all__ = [
@@ -21,7 +21,7 @@ class FacetlogError(Exception):
     """Root of all errors of facetlog: its message is one line that names the way out."""
 
     exit_code = 2
-    """What the command line ends with."""
+    """Exit code of the command line."""
 
 
 class InputError(FacetlogError):
@@ -69,7 +69,7 @@ class DeviceTimeout(DeviceError, TimeoutError):  # noqa: N818 - as TimeoutError,
 
 
 def missing_extra(what: str, package: str, extra: str) -> InputError:
-    """The error of what needs a package that is not installed, and the extra that brings it.
+    """Return the error for a package that is not installed, which names the extra that brings it.
 
     >>> str(missing_extra("tables", "pandas", "tables"))
     "tables need pandas: pip install 'facetlog[tables]'"

@@ -53,7 +53,13 @@ class Entry:
 
 def list_entries() -> tuple[Entry, ...]:
     """Return the entries of all topics, in the order of `TOPICS`."""
-    entries = (*_vocabulary(), *_constants(), *_examples_and_faults(), *_facts(), *_prolog())
+    entries = (
+        *_iter_vocabulary(),
+        *_iter_constants(),
+        *_iter_solids_and_faults(),
+        *_iter_facts(),
+        *_iter_prolog_words(),
+    )
     order = list(TOPICS)
     return tuple(sorted(entries, key=lambda entry: order.index(entry.topic)))
 
@@ -65,19 +71,24 @@ def format_markdown(entries: Iterable[Entry]) -> str:
         rows = list(group)
         labels = list(dict.fromkeys(label for row in rows for label in row.notes))
         lines += ["", f"## {topic.capitalize()}", "", f"{TOPICS[topic]}.", ""]
-        lines += [_row("write", "meaning", *labels), _row(*["---"] * (2 + len(labels)))]
         lines += [
-            _row(f"`{row.usage}`", row.meaning, *(row.notes.get(label, "") for label in labels))
+            _format_row("write", "meaning", *labels),
+            _format_row(*["---"] * (2 + len(labels))),
+        ]
+        lines += [
+            _format_row(
+                f"`{row.usage}`", row.meaning, *(row.notes.get(label, "") for label in labels)
+            )
             for row in rows
         ]
     return "\n".join(lines) + "\n"
 
 
-def _row(*cells: str) -> str:
+def _format_row(*cells: str) -> str:
     return f"| {' | '.join(cell.replace('|', '&#124;') for cell in cells)} |"
 
 
-def _vocabulary() -> Iterator[Entry]:
+def _iter_vocabulary() -> Iterator[Entry]:
     for word in VOCABULARY.values():
         notes = {"of": _format_arguments(word)}
         if not word.is_condition:
@@ -142,16 +153,16 @@ def _format_range(word: Word) -> str:
     return str(word.gives)
 
 
-def _constants() -> Iterator[Entry]:
+def _iter_constants() -> Iterator[Entry]:
     for unit in UNITS.values():
         yield Entry("units", unit.name, unit.name, f"unit of {unit.dimension.value}")
     values = {
         **{
-            f"expect {name}".strip(): f"lowers the degree by {_percent(weight)}"
+            f"expect {name}".strip(): f"lowers the degree by {_format_percent(weight)}"
             for name, weight in WEIGHTS.items()
         },
-        "about": f"`about x` is `= x ± {_percent(ABOUT)} fading {_percent(ABOUT)}`",
-        f"let {FADING}": f"{_percent(SHARE)} unless a model gives another share",
+        "about": f"`about x` is `= x ± {_format_percent(ABOUT)} fading {_format_percent(ABOUT)}`",
+        f"let {FADING}": f"{_format_percent(SHARE)} unless a model gives another share",
         "single parts": f"at most {MOST_SINGULAR} in a model",
         "parts and sets": f"at most {MOST_PARTS} in a model",
         "brackets": f"nested at most {DEEPEST} deep",
@@ -163,11 +174,11 @@ def _constants() -> Iterator[Entry]:
         yield Entry("numbers", usage, usage, meaning)
 
 
-def _percent(share: float) -> str:
+def _format_percent(share: float) -> str:
     return f"{100 * share:g} %"
 
 
-def _examples_and_faults() -> Iterator[Entry]:
+def _iter_solids_and_faults() -> Iterator[Entry]:
     for builder in BUILDERS.values():
         sizes = ", ".join(f"{size.name} {_format_size(size)}" for size in builder.parameters)
         yield Entry("solids", builder.name, f"{builder.name}({sizes})", builder.meaning)
@@ -196,7 +207,7 @@ _COUNTS = {
 }
 
 
-def _facts() -> Iterator[Entry]:
+def _iter_facts() -> Iterator[Entry]:
     for kind in FACT_SCHEMA:
         names = [
             ("+" if i < kind.keys else "") + argument.name
@@ -212,7 +223,7 @@ def _facts() -> Iterator[Entry]:
         yield Entry("facts", kind.functor, usage, kind.meaning, notes)
 
 
-def _prolog() -> Iterator[Entry]:
+def _iter_prolog_words() -> Iterator[Entry]:
     topics = {"search": "searches", "question": "searches", "test": "tests"}
     with KnowledgeBase() as base:
         for word in sorted(base.words(), key=lambda word: word.signature):

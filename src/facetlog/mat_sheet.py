@@ -22,7 +22,9 @@ MARGIN_MM = 7.0
 
 
 def write_mat(mat: Mat, path: Path) -> None:
-    """Writes the mat as a PDF of one page; InputError if that cannot be, or no .pdf is named."""
+    """Write the mat as a PDF of one page; raise InputError if that cannot be, or for another
+    suffix.
+    """
     if path.suffix.lower() != ".pdf":
         raise InputError(f"{path}: a mat is a PDF, to be printed in its true size: -o mat.pdf")
     try:
@@ -40,7 +42,7 @@ def write_mat(mat: Mat, path: Path) -> None:
 
 
 def mat_figure(mat: Mat) -> "Figure":
-    """The page as a figure as large as the paper, whose axes count millimetres."""
+    """Draw the page as a figure as large as the paper, whose axes count millimetres."""
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
@@ -51,12 +53,12 @@ def mat_figure(mat: Mat) -> "Figure":
     axes.axis("off")
     shapes = [[(x, y), (x + w, y), (x + w, y + h), (x, y + h)] for x, y, w, h in mat.black()]
     axes.add_collection(PolyCollection(shapes, facecolors="black", edgecolors="none"))
-    _bar(axes, mat)
+    _draw_bar(axes, mat)
     return page
 
 
-def _bar(axes: "Axes", mat: Mat) -> None:
-    """A bar to check the printer's scale by, and the words that say which mat this is."""
+def _draw_bar(axes: "Axes", mat: Mat) -> None:
+    """Draw a bar to check the printer's scale by, and the text that names the mat."""
     left = (mat.width_mm - mat.columns * mat.square_mm) / 2
     y = MARGIN_MM + TICK_MM / 2
     ticks = left + np.arange(0.0, BAR_MM + 1.0, 10.0)

@@ -11,7 +11,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 
 
 def on_one_thread() -> AbstractContextManager[object]:
-    """A context within which a BLAS that is loaded already takes one thread, and then as before."""
+    """Return a context in which a BLAS that is loaded uses one thread."""
     from threadpoolctl import threadpool_limits
 
     limits: AbstractContextManager[object] = threadpool_limits(1, user_api="blas")

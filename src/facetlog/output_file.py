@@ -1,11 +1,8 @@
-"""Which files a command may write: never one that it reads, and another's only on request."""
+"""Checks of output files: no command replaces what it reads, nor files of others unless asked."""
 
 import os
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from facetlog.errors import InputError
 from facetlog.regular_file import open_regular
@@ -13,24 +10,19 @@ from facetlog.regular_file import open_regular
 __all__ = [
     "OWN_PAGE",
     "OWN_SCENE",
-    "Overwrite",
     "check_distinct",
     "check_no_input",
     "check_output_file",
 ]
 
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace files that are there already.")
-]
-
 OWN_PAGE = b'<meta name="generator" content="facetlog'
-"""By which a page of facetlog is known as its own."""
+"""Mark of a page that facetlog wrote."""
 
 OWN_SCENE = b'"facetlog-scene/'
-"""The same of a scene."""
+"""Mark of a scene that facetlog wrote."""
 
 HEAD_BYTES = 4096
-"""Of a file, within which that stands."""
+"""Number of bytes at the beginning of a file that hold the mark."""
 
 
 def check_output_file(
@@ -62,7 +54,7 @@ def check_output_file(
             return
         if not os.access(target.parent, os.W_OK | os.X_OK):
             raise InputError(f"{path} cannot be written: {target.parent} is no folder to write in")
-        is_own = own is not None and target.is_file() and own in _head(target)
+        is_own = own is not None and target.is_file() and own in _read_head(target)
         check_no_input(path, option, inputs, is_own=is_own)
         if target.is_file() and target.stat().st_size and not (overwrite or is_own):
             way = "not written by facetlog: give" if overwrite is None else "give --overwrite, or"
@@ -83,11 +75,11 @@ def check_no_input(
         return
     target = path.resolve()
     folder = target.is_dir()
-    within = () if folder or is_own else tuple(map(_identity, target.parents))
+    within = () if folder or is_own else tuple(map(_identify, target.parents))
     for given in inputs:
-        if (identity := _identity(given)) is None:
+        if (identity := _identify(given)) is None:
             continue
-        if identity == _identity(target):
+        if identity == _identify(target):
             why = f"is what is read ({given})"
         elif identity in within:
             why = f"exists in {given}, which is read"
@@ -98,8 +90,8 @@ def check_no_input(
         raise InputError(f"{path} {why}: give another name with {option}")
 
 
-def _identity(path: Path) -> tuple[int, int] | None:
-    """Return what all names of a file or folder share, None where there is none."""
+def _identify(path: Path) -> tuple[int, int] | None:
+    """Return device and inode, which all names of a file or folder share; None if it is missing."""
     try:
         found = path.stat()
     except (OSError, ValueError):
@@ -115,6 +107,6 @@ def check_distinct(outputs: Iterable[tuple[str, Path | None]]) -> None:
             raise InputError(f"{path} is given by both {other} and {option}: give another name")
 
 
-def _head(path: Path) -> bytes:
+def _read_head(path: Path) -> bytes:
     with open_regular(path) as file:
         return file.read(HEAD_BYTES)

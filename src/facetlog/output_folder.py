@@ -26,12 +26,12 @@ RUN_FILE = "run.json"
 RUN_SCHEMA = "facetlog-run/1"
 
 UNFINISHED = ".facetlog-"
-"""How the name of a folder begins into which a run writes until it is done; a run that was killed
-leaves it."""
+"""Prefix of the folder into which a run writes until it is done; a killed run leaves it."""
 
 
 def kept_cameras(out: Path | None) -> Path | None:
-    """Where the cameras of pictures without poses are kept: beside a folder or file of results.
+    """Return where cameras of pictures without poses are kept: beside the folder or file of
+    results.
 
     >>> kept_cameras(Path("/out/photos")).as_posix()
     '/out/photos-cameras'
@@ -73,7 +73,7 @@ def check_replaceable(folder: Path, option: str = "-o", inputs: Iterable[Path] =
 
 
 def written_files(folder: Path) -> set[str]:
-    """The files of a folder that an earlier run wrote into it; none of another folder."""
+    """Return the files that an earlier run wrote into a folder; none for another folder."""
     try:
         run = json.loads(read_regular_text(folder / RUN_FILE))
     except (OSError, ValueError):
@@ -86,8 +86,8 @@ def written_files(folder: Path) -> set[str]:
 
 @contextmanager
 def output_folder(folder: Path, about: dict[str, object], option: str = "-o") -> Iterator[Path]:
-    """A temporary folder to write into, whose files are put into `folder` when the body ends
-    without an error.
+    """Make a temporary folder, whose files are moved to `folder` when the body ends without an
+    error.
 
     `about` goes into run.json beside the list of files. An earlier run's files are replaced; after
     an error or Ctrl-C they are as they were. A folder that is there stays the same folder, which
@@ -97,7 +97,7 @@ def output_folder(folder: Path, about: dict[str, object], option: str = "-o") ->
     folder = folder.resolve()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        made = _temporary(folder)
+        made = _make_temporary_name(folder)
         made.mkdir()
     except OSError as exc:
         raise InputError(
@@ -108,18 +108,18 @@ def output_folder(folder: Path, about: dict[str, object], option: str = "-o") ->
         files = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())
         run = {"schema": RUN_SCHEMA, **about, "files": files}
         (made / RUN_FILE).write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
-        _put_in_place(made, folder)
+        _move_into_place(made, folder)
     except OSError as exc:
         raise InputError(f"{folder} cannot be written: {exc}") from exc
     finally:
         shutil.rmtree(made, ignore_errors=True)
 
 
-def _put_in_place(made: Path, folder: Path) -> None:
+def _move_into_place(made: Path, folder: Path) -> None:
     if made.parent != folder:
         made.rename(folder)
         return
-    old = _temporary(folder)
+    old = _make_temporary_name(folder)
     old.mkdir()
     moved: list[tuple[Path, Path]] = []
     try:
@@ -137,9 +137,9 @@ def _put_in_place(made: Path, folder: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
 
 
-def _temporary(folder: Path) -> Path:
-    """A new name on the same file system, so that a rename moves nothing: in a folder that is there
-    (the one above may be on another), else beside it.
+def _make_temporary_name(folder: Path) -> Path:
+    """Make up a new name on the same file system, so that a rename moves nothing: in an existing
+    folder (the one above may be on another), else beside it.
     """
     name = f"{UNFINISHED}{uuid.uuid4().hex}"
     return folder / name if folder.exists() else folder.with_name(name)

@@ -1,4 +1,4 @@
-"""Where pictures are given to what takes scenes: which command makes one of them."""
+"""Hint at the command that makes a scene of pictures."""
 
 from pathlib import Path
 from shlex import quote
@@ -7,7 +7,7 @@ __all__ = ["hint_of_pictures"]
 
 
 def hint_of_pictures(path: Path) -> str:
-    """The end of a message about a picture, or a folder with some; empty for anything else."""
+    """Return the end of a message about a picture or folder of pictures; empty for others."""
     # Loaded only now: who gives scenes does without OpenCV.
     from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
     from facetlog.perception.reading.shots import has_shots

@@ -1,8 +1,8 @@
-"""The way through the house: views, scene, facts, verdicts, each step timed.
+"""The pipeline: views, scene, facts, verdicts, each step timed.
 
     views → features → tracks → vertices → faces → facts → models → verdicts
 
-Rooms are imported where they are used: the command line answers `--help` without loading them.
+Packages are imported where they are used: `--help` does not load them.
 """
 
 from collections.abc import Callable
@@ -87,14 +87,14 @@ class Recognised:
 
     @property
     def placed_views(self) -> "tuple[View, ...]":
-        """The views with the poses and lenses with which the scene was found; as given where it
-        has none."""
+        """Return the views with the poses and lenses with which a scene was found; as given where
+        it has none.
+        """
         return placed_views(self.view_set, self.scene)
 
 
 def placed_views(view_set: "ViewSet", scene: "Scene") -> "tuple[View, ...]":
-    """The views with the poses and lenses with which a scene was found; as given where it has
-    none."""
+    """Return the views with the poses and lenses of a scene; as given where it has none."""
     from facetlog.perception.estimation.lens_correction import corrected
 
     poses = dict(zip(scene.views, scene.poses, strict=False))
@@ -115,7 +115,7 @@ def views_from(
     progress: Progress | None,
     clock: StepClock,
 ) -> "ViewSet":
-    """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
+    """Read the views of a folder or poses file (see perception/reading/read_views.py).
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
     are to be kept. `up` is as in `with_stated_up`; `square` is the side of a mat's squares if
@@ -146,8 +146,9 @@ def views_from(
 
 
 def _check_not_written(path: Path) -> None:
-    """Raises InputError for a folder of results: its pictures only show what was found; and for
-    a file of what was measured already."""
+    """Raise InputError for a folder of results, whose pictures only show what was found, and for a
+    file that is a scene, mesh or cloud already.
+    """
     from facetlog.output_folder import written_files
     from facetlog.perception.reading.pose_files.register import only_pictures
     from facetlog.query_shell.scene_files import SCENE_FILE
@@ -166,7 +167,7 @@ def _check_not_written(path: Path) -> None:
 
 
 def _is_measured(path: Path) -> bool:
-    """Whether a file is a scene by its schema, or a mesh or cloud by its suffix."""
+    """Return whether a file is a scene by its schema, or a mesh or cloud by its suffix."""
     from facetlog.perception.reading.pose_files.file_values import read_json
     from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.perception.shapes.shape_options import says_itself, shapes_among
@@ -181,21 +182,21 @@ def _is_measured(path: Path) -> bool:
 
 
 def check_up(up: Up) -> None:
-    """Raises InputError for a word that says nothing of up: to be called before any long work."""
+    """Raise InputError for a word that names no direction: to be called before any long work."""
     _is_axis(up)
 
 
 def _is_axis(up: Up) -> bool:
-    """Whether up is stated by the axes of the poses' world."""
+    """Return whether up is stated by the axes of the poses' world."""
     from facetlog.perception.shapes.shape_options import up_from
 
     return up is not None and (not isinstance(up, str) or up_from(up) is not None)
 
 
 def with_stated_up(view_set: "ViewSet", up: Up) -> "ViewSet":
-    """The views with the up that is stated: a unit vector (3,), or by a word an axis, as "-y"; as
-    the file says, or else that of the ground (`auto`, None); or unknown (`none`). InputError for
-    another word.
+    """Return the views with the stated up: a unit vector (3,), or an axis by a word, as "-y"; as
+    the file says, or else that of the ground (`auto`, None); or unknown (`none`). Raise InputError
+    for another word.
     """
     import numpy as np
 
@@ -210,7 +211,8 @@ def with_stated_up(view_set: "ViewSet", up: Up) -> "ViewSet":
 def simulated_views(
     world: str, seed: int, *, progress: Progress | None, clock: StepClock
 ) -> "ViewSet":
-    """The paper's tour of 24 views through a simulated world, in metres; InputError lists worlds.
+    """Render the paper's tour of 24 views through a simulated world, in metres; InputError lists
+    the worlds.
 
     The world's noise, floor, light and place follow from the seed.
     """
@@ -251,7 +253,7 @@ def open_models(
     crisp: bool = False,
     raw: bool = False,
 ) -> "KnowledgeBase":
-    """A knowledge base with the built-in models and the user's; a crisp one knows no degrees, a
+    """Open a knowledge base with the built-in models and the user's; a crisp one has no degrees, a
     raw one no confidences.
 
     Raises InputError for models that cannot be used, EngineError without an engine: to be called
@@ -272,8 +274,8 @@ def reconstruct_views(
     progress: Progress | None = None,
     clock: StepClock,
 ) -> "Scene":
-    """The scene that the views show, in their unit; InconsistentViewsError if their poses
-    contradict them.
+    """Reconstruct the scene that the views show, in their unit; raise InconsistentViewsError if
+    their poses contradict them.
     """
     from facetlog.perception.surfaces.reconstruct import reconstruct
 
@@ -292,8 +294,8 @@ def reconstruct_views(
 
 
 def in_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None]":
-    """The scene in metres by the known length of the method, and which scale that is; as it is
-    without one.
+    """Scale the scene to metres by the known length of the method; return it with the scale, if
+    any.
     """
     from facetlog.perception.facts.known_length import with_known_length
 
@@ -301,7 +303,7 @@ def in_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None
 
 
 def write_scene_file(scene: "Scene", path: Path) -> None:
-    """Writes the scene as facetlog-scene/1."""
+    """Write the scene as facetlog-scene/1."""
     from facetlog.perception.surfaces.scene_file import write_scene
 
     write_scene(scene, path)
@@ -315,7 +317,9 @@ def recognize_views(
     progress: Progress | None = None,
     clock: StepClock,
 ) -> Recognised:
-    """Scene, facts and verdicts for the views, by the models of `base` (else the built-in ones)."""
+    """Find scene, facts and verdicts for the views, by the models of `base` (else the built-in
+    ones).
+    """
     from facetlog.kb.recognize import judged_scene
 
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
@@ -333,7 +337,7 @@ def recognize_views(
 
 
 def facts_of(scene: "Scene") -> tuple[FlatFact, ...]:
-    """The facts of a scene as the knowledge base takes them: it knows nothing of perception."""
+    """Return the facts of a scene as plain rows, for the knowledge base."""
     from facetlog.perception.facts.all_facts import scene_facts
 
     return tuple(fact.row for fact in scene_facts(scene))
@@ -342,7 +346,7 @@ def facts_of(scene: "Scene") -> tuple[FlatFact, ...]:
 def load_scene(
     base: "KnowledgeBase", scene: "Scene", facts: tuple[FlatFact, ...] | None = None
 ) -> None:
-    """Loads the scene under its name, with these facts if they are there already.
+    """Load the scene under its name, with these facts if they are known already.
 
     Facts on demand are made once they are asked for.
     """

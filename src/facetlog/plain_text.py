@@ -12,12 +12,12 @@ import sys
 __all__ = ["ESCAPED", "open_streams", "plain_text"]
 
 ESCAPED = "facetlog-escaped"
-"""How streams call the handling of errors by `_escape`."""
+"""Name of the error handler `_escape` for streams."""
 
 RAW_BYTES = range(0xDC80, 0xDD00)
 
 PLAINER = {"─": "-", "–": "-", "…": "..."}
-"""What is written where an encoding lacks a mark of ours that only looks better."""
+"""Replacements of marks that an encoding lacks."""
 
 
 def plain_text(text: str) -> str:
@@ -55,10 +55,10 @@ def _escape(fault: UnicodeError) -> tuple[str, int]:
     if not isinstance(fault, UnicodeEncodeError):
         raise fault
     wrong = fault.object[fault.start : fault.end]
-    return "".join(map(_escaped, wrong)), fault.end
+    return "".join(map(_escape_letter, wrong)), fault.end
 
 
-def _escaped(letter: str) -> str:
+def _escape_letter(letter: str) -> str:
     if ord(letter) in RAW_BYTES:
         return f"\\x{ord(letter) - 0xDC00:02x}"
     return PLAINER.get(letter) or letter.encode("ascii", "backslashreplace").decode()

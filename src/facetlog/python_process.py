@@ -1,4 +1,4 @@
-"""What a process of ours that runs Python is started with."""
+"""Command and environment of child processes that run Python."""
 
 import os
 import sys
@@ -8,16 +8,16 @@ __all__ = ["import_path", "importing_environment", "python_module"]
 
 
 def python_module(name: str, *arguments: str) -> list[str]:
-    """The command that runs a module of ours by this Python."""
+    """Return the command that runs a module of ours with this Python."""
     # -P: nothing is imported from the folder that the user happens to be in.
     return [sys.executable, "-P", "-m", name, *arguments]
 
 
 def import_path() -> str:
-    """Where this process imports modules from, as PYTHONPATH has it."""
+    """Return where this process imports modules from, as PYTHONPATH has it."""
     return os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
 
 
 def importing_environment() -> dict[str, str]:
-    """This process's environment, with the modules that it can import."""
+    """Return this process's environment, with the modules that it can import."""
     return {**os.environ, "PYTHONPATH": import_path()}

@@ -1,7 +1,7 @@
-"""The one door for files: what is read is a regular file, and no more of it than may be.
+"""Read regular files only, and not more of them than a limit allows.
 
-Pipes, sockets and devices called like a file would block for ever, or never end. This module is
-one of the lowest of the house, as errors.py is: every room may import it.
+Pipes, sockets and devices named like a file would block for ever, or never end. This module
+imports errors.py only, so that every package may import it.
 """
 
 import errno
@@ -26,19 +26,19 @@ __all__ = [
 ]
 
 MOST_BYTES = 256_000_000
-"""Of a file of poses, labels or settings: some hundred thousand frames. A larger file is none."""
+"""Largest file of poses, labels or settings: some hundred thousand frames."""
 
 MOST_SCENE_BYTES = 1_000_000_000
-"""Of a scene file: some million vertices."""
+"""Largest scene file: some million vertices."""
 
 MOST_SHAPE_BYTES = 4 << 30
-"""Of a mesh or a cloud: several times what a laser scan of a building takes."""
+"""Largest mesh or cloud: several times what a laser scan of a building takes."""
 
 IRREGULAR = "it is a pipe, a socket or a device; give a file"
 
 
 def check_regular(path: Path) -> None:
-    """Nothing; raises InputError for a pipe, socket or device. For libraries that open paths.
+    """Raise InputError for a pipe, socket or device. For libraries that open paths.
 
     What is not there, or is a folder, is left to whoever opens it; links are followed.
     """
@@ -60,11 +60,11 @@ def check_current_folder() -> None:
 
 @contextmanager
 def open_regular(path: Path, most: int | None = None) -> Iterator[BinaryIO]:
-    """A regular file, opened to be read from its start; OSError that says why where there is none,
-    also for what is no regular file, or is longer than `most` bytes.
+    """Open a regular file to read it from its start; raise OSError for what is no regular file, or
+    is longer than `most` bytes.
     """
     try:
-        file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115 - closed below
+        file = open(path, "rb", opener=_open_without_waiting)  # noqa: SIM115 - closed below
     except ValueError as exc:  # a NUL in the name
         raise OSError(errno.EINVAL, str(exc), str(path)) from exc
     except OSError as exc:
@@ -76,12 +76,12 @@ def open_regular(path: Path, most: int | None = None) -> Iterator[BinaryIO]:
         if not stat.S_ISREG(about.st_mode):
             raise OSError(errno.EINVAL, IRREGULAR, str(path))
         if most is not None and about.st_size > most:
-            raise _too_long(path, most)
+            raise _make_too_long_error(path, most)
         yield file
 
 
 def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
-    """The whole of a regular file of at most `most` bytes; OSError as `open_regular` raises it."""
+    """Read a whole regular file of at most `most` bytes; OSError as `open_regular` raises it."""
     with open_regular(path, most) as file:
         # Memory is taken for all that is asked for: not for the longest file there may be.
         size = os.fstat(file.fileno()).st_size
@@ -89,22 +89,22 @@ def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
         if len(data) > size:  # it grows, or says nothing of its size
             data += file.read(most + 1 - len(data))
     if len(data) > most:
-        raise _too_long(path, most)
+        raise _make_too_long_error(path, most)
     return data
 
 
 def read_regular_text(path: Path, most: int = MOST_BYTES) -> str:
-    """`read_regular` as UTF-8 text, a byte order mark left out and line ends as they are.
+    """Read a regular file as UTF-8 text, without a byte order mark, with line ends as they are.
 
     UnicodeDecodeError, which is a ValueError, for what is no such text.
     """
     return read_regular(path, most).decode("utf-8-sig")
 
 
-def _too_long(path: Path, most: int) -> OSError:
+def _make_too_long_error(path: Path, most: int) -> OSError:
     return OSError(errno.EFBIG, f"it is too long: at most {most:,} bytes", str(path))
 
 
-def _without_waiting(path: str, flags: int) -> int:
+def _open_without_waiting(path: str, flags: int) -> int:
     # To open a pipe waits for its other end, but for this flag.
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

@@ -1,4 +1,4 @@
-"""What a run found, as text for a reader, as JSON, and as a folder of files and pictures."""
+"""Report a run's results as text, as JSON, and as a folder of files and pictures."""
 
 import json
 import re
@@ -35,26 +35,26 @@ LEVELS = 4
 
 
 def verdicts_json(found: Recognised, *, full: bool = False) -> str:
-    """All verdicts with the reasons for them, one JSON object with `schema` inside.
+    """Format all verdicts with the reasons for them as one JSON object with `schema` inside.
 
     A condition takes a line, and numbers have six digits; with `full` each condition has its whole
     proof, a value a line.
     """
     notes = {"problems": list(found.view_set.problems), "warnings": list(found.scene.warnings)}
     data = {**found.recognition.to_json(full=full), **notes}
-    return json.dumps(data, indent=1) if full else laid_out(_rounded(data), LEVELS)
+    return json.dumps(data, indent=1) if full else laid_out(_round_numbers(data), LEVELS)
 
 
-def _rounded(data: Any) -> Any:
+def _round_numbers(data: Any) -> Any:
     if isinstance(data, float):
         return float(f"{data:.{DIGITS}g}")
     if isinstance(data, dict):
-        return {key: _rounded(value) for key, value in data.items()}
-    return [_rounded(value) for value in data] if isinstance(data, list | tuple) else data
+        return {key: _round_numbers(value) for key, value in data.items()}
+    return [_round_numbers(value) for value in data] if isinstance(data, list | tuple) else data
 
 
 def laid_out(data: object, levels: int) -> str:
-    """The data as JSON, a member a line down to so many levels, and what is further in on it."""
+    """Format data as JSON, one member a line down to so many levels."""
     if not levels or not data or not isinstance(data, dict | list):
         return json.dumps(data)
     if isinstance(data, list):
@@ -66,7 +66,7 @@ def laid_out(data: object, levels: int) -> str:
 
 
 def verdicts_text(found: Recognised, *, full: bool = False) -> str:
-    """The same for a reader: what is there and why, and what each other model lacks."""
+    """Format for a reader what is there and why, and what each other model lacks."""
     scene = found.scene
     used, given = len(scene.views), len(found.view_set.views) + found.view_set.left_out
     views = many(given, "view")
@@ -89,7 +89,7 @@ def write_report(
     full: bool = False,
     progress: Progress | None = None,
 ) -> None:
-    """Writes scene, facts, verdicts, meshes and drawn views; InputError if that cannot be.
+    """Write scene, facts, verdicts, meshes and drawn views; raise InputError if that cannot be.
 
     Of views that came one at a time also how `degrees` rose; with `full` the whole proofs. The
     folder appears as a whole when all is written (see output_folder.py).
@@ -133,13 +133,13 @@ def write_report(
         with clock.step("write the page"):
             text = page(Subject.of_run(found, pieces))
             (made / PAGE_FILE).write_text(text, encoding="utf-8")
-        about["seconds"] = _seconds(clock)
+        about["seconds"] = _list_seconds(clock)
 
 
 def _write_pictures(
     made: Path, found: Recognised, pieces: "ShownPieces", progress: Progress | None
 ) -> None:
-    """The views one by one, and sheets of all: with the faces, and, if there are any, pieces."""
+    """Write the views one by one, and sheets of all: with faces and, if there are any, pieces."""
     from facetlog.perception.pieces.draw_pieces import draw_pieces
     from facetlog.perception.surfaces.drawing.draw import draw_scene
 
@@ -154,10 +154,10 @@ def _write_pictures(
         # Numbered, for names may repeat in different folders, and may be no file names at all.
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", Path(view.name).stem)[:80]
         _write_png(made / "views" / f"{number:04d}-{name}.png", image)
-        faces.append(_small(image))
+        faces.append(_shrink(image))
         if pieces:
             title = f"{found.scene.name}, {view.name}: {many(len(pieces.pieces), 'piece')}"
-            solids.append(_small(draw_pieces(view, pieces, title, found.scene.up)))
+            solids.append(_shrink(draw_pieces(view, pieces, title, found.scene.up)))
         if progress is not None:
             progress("draw pictures", number, len(views))
     _write_sheet(made / SHEET_FILE, faces)
@@ -165,8 +165,8 @@ def _write_pictures(
         _write_sheet(made / PIECES_SHEET_FILE, solids)
 
 
-def _small(image: "ColourImage") -> "ColourImage":
-    """The picture as a sheet has it."""
+def _shrink(image: "ColourImage") -> "ColourImage":
+    """Shrink a picture for a sheet."""
     import cv2
     import numpy as np
 
@@ -188,7 +188,7 @@ def _write_png(path: Path, image: "ColourImage") -> None:
     path.write_bytes(data.tobytes())
 
 
-def _seconds(clock: "StepClock") -> dict[str, dict[str, float]]:
+def _list_seconds(clock: "StepClock") -> dict[str, dict[str, float]]:
     return {
         t.name: {"wall": round(t.wall, 4), "cpu": round(t.cpu, 4)}
         for t in (*clock.times, clock.total)

@@ -33,7 +33,7 @@ class Goal:
 
     @classmethod
     def parse(cls, text: str) -> "Goal":
-        """The goal of a text such as "table >= 90%"; InputError for another form.
+        """Parse a goal such as "table >= 90%"; raise InputError for another form.
 
         >>> Goal.parse("table >= 90%")
         Goal(model='table', degree=0.9)
@@ -44,7 +44,7 @@ class Goal:
         return cls(match[1], float(match[2]) / 100.0)
 
     def met_by(self, degree: float) -> bool:
-        """Whether a degree is as high, in whole per cents, as it is shown.
+        """Return whether a degree is high enough, in whole per cents, as it is shown.
 
         >>> Goal("table", 0.9).met_by(0.896), Goal("table", 0.9).met_by(0.894)
         (True, False)
@@ -52,7 +52,7 @@ class Goal:
         return round(degree, SHOWN) >= self.degree
 
     def reached(self, recognition: "Recognition") -> bool:
-        """Whether something is of this model to the degree."""
+        """Return whether something is of this model to the degree."""
         return any(v.model == self.model and self.met_by(v.degree) for v in recognition.best)
 
 
@@ -67,7 +67,7 @@ class Stop:
     max_views: int | None = None
 
     def reason(self, step: "StreamStep") -> str:
-        """Why to stop after a step; empty if not."""
+        """Return why to stop after a step; empty if not."""
         found = step.recognition
         if found is not None and self.until is not None and self.until.reached(found):
             return f"{self.until.model} holds to {self.until.degree:.0%} at least"
@@ -81,7 +81,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StreamStep:
-    """What is known after a view.
+    """The state after a view.
 
     `view` is its name, empty of the last step, in which what is in store was adjusted together;
     `used` is how many views are used so far, `problem` why this one is not, or another that turned
@@ -131,8 +131,8 @@ def recognise_stream(
     polish: bool = True,
     clock: StepClock | None = None,
 ) -> Iterator[StreamStep]:
-    """A step after each view, and a last one, for which all that is in store is adjusted together
-    (without `polish` it is what the last view left).
+    """Yield a step after each view, and a last one, for which all stored views are adjusted
+    together (without `polish` it is what the last view left).
 
     Nothing is drawn from `views` beyond the view after which `stop` is reached, so they may be a
     camera that has still to take them. `up`, `metric` as in `ViewSet`; `error_kind` is that of the
@@ -155,7 +155,7 @@ def steps(
     stop: Stop | None = None,
     polish: bool = True,
 ) -> Iterator[StreamStep]:
-    """`recognise_stream` into a scene that the caller holds."""
+    """Yield steps as `recognise_stream`, into a scene that the caller holds."""
     from facetlog.pipeline import open_models
 
     ended = "there were no more views"
@@ -175,7 +175,7 @@ def steps(
 
 
 def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Recognition | None]":
-    """The facts of what is known, and what the models say of them; none of an unknown scene."""
+    """Return the facts of what is known, and the verdicts on them; none of an unknown scene."""
     from facetlog.kb.recognize import judge_scene
     from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 

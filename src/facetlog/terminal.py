@@ -1,4 +1,4 @@
-"""What goes to stderr: progress on a terminal, warnings, what is logged, and the table of times."""
+"""Write to stderr: progress on a terminal, warnings, log records, and the table of times."""
 
 import logging
 import re
@@ -36,13 +36,13 @@ _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
 
 
 class _Stderr:
-    """What goes to stderr besides warnings and errors; all of it, unless `quiet`."""
+    """Whether notes, progress and times go to stderr."""
 
     quiet = False
 
 
 class _Lines(logging.Handler):
-    """What is logged as lines in the form of all others: warnings, and what else is asked for."""
+    """Writes log records as lines in the form of all others."""
 
     def emit(self, record: logging.LogRecord) -> None:
         message = record.getMessage()
@@ -54,13 +54,14 @@ class _Lines(logging.Handler):
 
 _LINES = _Lines()
 LEVELS = (logging.NOTSET, logging.INFO, logging.DEBUG)
-"""Of facetlog's loggers, by how often --verbose is given; the first leaves it to Python, which
+"""Log levels by how often --verbose is given; the first leaves the level to Python, which
 shows warnings."""
 
 
 def set_loudness(*, quiet: bool, verbose: int) -> None:
-    """Says what goes to stderr from now on: with `quiet` no notes, progress and times; with
-    `verbose` also each step with its time, from 2 what helps to find a fault."""
+    """Set what goes to stderr from now on: with `quiet` no notes, progress and times; with
+    `verbose` also each step with its time, from 2 what helps to find a fault.
+    """
     if quiet and verbose:
         raise InputError("--quiet and --verbose exclude each other: give one")
     _Stderr.quiet = quiet
@@ -70,7 +71,7 @@ def set_loudness(*, quiet: bool, verbose: int) -> None:
 
 
 def printable(text: str) -> str:
-    """The text without control characters, which could steer a terminal, but its indentation kept.
+    """Replace control characters, which could steer a terminal, but keep indentation.
 
     >>> printable("  a\\x1b[31mb")
     '  a [31mb'
@@ -81,7 +82,7 @@ def printable(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """The text on one line, without control characters that a file name may hold.
+    """Put a text on one line, without control characters that a file name may hold.
 
     >>> one_line("a\\nb")
     'a b'
@@ -90,13 +91,13 @@ def one_line(text: str) -> str:
 
 
 def short_line(text: str) -> str:
-    """`one_line` as a message has it: what is long is cut in the middle."""
+    """Put a text on one line as messages have it: what is long is cut in the middle."""
     # Of what is very long the middle is not even looked at.
     return shortened(one_line(_cut(text, 4 * LONGEST_LINE, 2 * LONGEST_LINE)))
 
 
 def shortened(line: str) -> str:
-    """The line with long words, and what is long anyway, cut in the middle.
+    """Cut long words, and what is long anyway, in the middle.
 
     >>> shortened("  " + "1" * 1000 + " is too large").replace("1" * 40, "1 to 1")
     '  1 to 1…(920 more)…1 to 1 is too large'
@@ -112,7 +113,7 @@ def _cut(text: str, longest: int, kept: int) -> str:
 
 
 def error_lines(fault: FacetlogError) -> tuple[str, ...]:
-    """What an error says: one line, or of models one for each of their faults.
+    """Return the lines of an error: one, or for models one for each of their faults.
 
     >>> error_lines(RuleSyntaxError("a.pl:1: no word\\na.pl:2: no test"))
     ('a.pl:1: no word', 'a.pl:2: no test')
@@ -124,17 +125,17 @@ def error_lines(fault: FacetlogError) -> tuple[str, ...]:
 
 
 def error(message: str) -> None:
-    """Writes one line that says what was wrong and the way out."""
+    """Write one line that says what was wrong and the way out."""
     typer.echo(f"facetlog: {short_line(message)}", err=True)
 
 
 def warn(message: str) -> None:
-    """Writes one line about something that was left out or may be wrong."""
+    """Write one line about something that was left out or may be wrong."""
     typer.echo(f"facetlog: warning: {short_line(message)}", err=True)
 
 
 def note(message: str) -> None:
-    """Writes one line about what the reader may do next, unless all is to be quiet."""
+    """Write one line about what the reader may do next, unless --quiet is given."""
     if _Stderr.quiet:
         return
     typer.echo(f"facetlog: {short_line(message)}", err=True)
@@ -142,8 +143,7 @@ def note(message: str) -> None:
 
 @contextmanager
 def showing_progress() -> Iterator["Progress | None"]:
-    """A progress display that goes away at the end; None where stderr is not a terminal, or all is
-    to be quiet."""
+    """Show progress until the body ends; None where stderr is not a terminal, or with --quiet."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
@@ -166,7 +166,7 @@ def showing_progress() -> Iterator["Progress | None"]:
 
 
 def show_times(clock: StepClock) -> None:
-    """Writes the table of the time that each step took, the rest, and the whole run."""
+    """Write the table of the time that each step took, the rest, and the whole run."""
     from rich.console import Console
     from rich.table import Table
 

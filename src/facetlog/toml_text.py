@@ -8,7 +8,7 @@ __all__ = ["toml_fields"]
 
 
 def toml_fields(text: str, where: str) -> dict[str, object]:
-    """The fields of a TOML text, which stands in `where`; InputError if it is none."""
+    """Parse a TOML text of the file `where`; raise InputError if it is none."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as exc:  # its message ends with line and column

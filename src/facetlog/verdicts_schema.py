@@ -137,7 +137,7 @@ class UnseenRecord(_Record):
 
 
 class VerdictRecord(_Record):
-    """What one model says of one thing; without the thing if there was none to ask about.
+    """The verdict of one model on one thing; without the thing if there was none to ask about.
 
     `unseen` is there where another look might settle a condition that is open, `assumed` where part
     of what the thing fills was not seen and counts as full, if someone asked why.

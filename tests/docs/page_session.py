@@ -21,7 +21,7 @@ _TIMES = re.compile(r"step .* s|.* \d+\.\d+ +\d+\.\d+")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one block or command: where it stands, and what is not as the page says."""
+    """Result of one block or command: its line, and what is not as the page says."""
 
     line: int
     what: str
@@ -37,7 +37,7 @@ class Session:
     _mistaken: dict[str, str] = field(default_factory=dict)
 
     def outcomes(self, page: str) -> Iterator[Outcome]:
-        """What came of each block, in their order; each is tried when it is asked for."""
+        """Try each block in turn, and yield its result."""
         link = self.folder / "rules"
         if not link.exists():
             link.symlink_to(BUILTIN, target_is_directory=True)
@@ -98,7 +98,7 @@ class Session:
 
 
 def said(words: list[str]) -> str:
-    """What a command prints, then what it tells a person of faults; not the times it took."""
+    """Return what a command prints, and then its messages without the times it took."""
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         main(words)
@@ -113,7 +113,7 @@ def _errors(name: str, text: str) -> str:
 
 
 def _loaded(name: str) -> str:
-    """What is wrong with a Prolog file that is loaded as it stands; empty if nothing is."""
+    """Load a Prolog file; return what is wrong with it, empty if nothing is."""
     from facetlog.errors import FacetlogError
     from facetlog.kb.knowledge_base import KnowledgeBase
 

@@ -34,12 +34,12 @@ def _explained(place: object) -> dict[str, bool]:
     }
 
 
-def test_the_reference_has_every_public_name_once() -> None:
+def test_the_reference_has_every_public_name_once():
     own = [name.removeprefix("facetlog.") for name in ENTRIES if name.count(".") == 1]
     assert sorted(own) == sorted(facetlog.__all__)
 
 
-def test_what_the_reference_has_besides_says_what_it_is() -> None:
+def test_what_the_reference_has_besides_says_what_it_is():
     others = [name.rpartition(".") for name in ENTRIES if name.count(".") > 1]
     assert others
     for place, _, name in others:
@@ -47,7 +47,7 @@ def test_what_the_reference_has_besides_says_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("name", facetlog.__all__)
-def test_every_public_name_has_a_docstring(name: str) -> None:
+def test_every_public_name_has_a_docstring(name):
     public = getattr(facetlog, name)
     if isinstance(public, str):
         assert _explained(facetlog)[name]
@@ -62,7 +62,7 @@ def test_every_public_name_has_a_docstring(name: str) -> None:
     assert {m for m in members - said if not m.startswith("_")} == set()
 
 
-def test_examples_come_out_as_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_come_out_as_the_page_says(monkeypatch):
     monkeypatch.chdir(ROOT)
     page = PAGES / "index.md"
     found = list(blocks(page.read_text(encoding="utf-8")))
@@ -79,7 +79,7 @@ def test_examples_come_out_as_the_page_says(monkeypatch: pytest.MonkeyPatch) -> 
         names = example.globs
 
 
-def test_pages_name_neither_addresses_nor_places_of_a_machine() -> None:
+def test_pages_name_neither_addresses_nor_places_of_a_machine():
     for path in (ROOT / "mkdocs.yml", *PAGES.iterdir()):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?://|(?<![\w.])/(home|root|work|tmp|opt|usr)/", text), path
@@ -87,7 +87,7 @@ def test_pages_name_neither_addresses_nor_places_of_a_machine() -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("mkdocs") is None, reason="needs facetlog[docs]")
-def test_the_pages_are_built_without_warnings(tmp_path: Path) -> None:
+def test_the_pages_are_built_without_warnings(tmp_path):
     argv = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-d", str(tmp_path)]
     built = subprocess.run(argv, cwd=ROOT, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr

@@ -13,7 +13,7 @@ ROWS = [
 ]
 
 
-def test_every_section_equation_figure_and_step_has_its_row() -> None:
+def test_every_section_equation_figure_and_step_has_its_row():
     named = [item for row in ROWS for item in row[0].lstrip("| ").split("; ")]
     wanted = [f"Equation ({k})" for k in range(1, 15)]
     wanted += [f"Figure {k}" for k in range(1, 15)]
@@ -24,7 +24,7 @@ def test_every_section_equation_figure_and_step_has_its_row() -> None:
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0].lstrip("| "))
-def test_a_row_leads_to_code_and_tests_that_there_are(row: list[str]) -> None:
+def test_a_row_leads_to_code_and_tests_that_there_are(row):
     _, _, here, tests = row
     code = re.findall(r"`([\w./-]+/[\w./-]*)`(?: \(`([\w.]+)`(?:, `(\w+)`)?\))?", here)
     assert code

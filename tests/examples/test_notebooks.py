@@ -15,9 +15,7 @@ MOST_SECONDS = 180
 # What the kernel's packages themselves warn of.
 @pytest.mark.filterwarnings("default")
 @pytest.mark.slow
-def test_the_notebook_runs_and_finds_the_block(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_notebook_runs_and_finds_the_block(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))

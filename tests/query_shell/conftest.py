@@ -1,8 +1,5 @@
 """A scene and a model on disk, and a shell with the scene loaded."""
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
-
 import pytest
 
 from facetlog.query_shell.screen import Screen
@@ -22,33 +19,33 @@ model lid
 
 
 @pytest.fixture(autouse=True)
-def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def own_folders(tmp_path, monkeypatch):
     for name in ("XDG_CACHE_HOME", "XDG_STATE_HOME"):
         monkeypatch.setenv(name, str(tmp_path / name))
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Path:
+def scene(tmp_path):
     return write_block(tmp_path / "block")
 
 
 @pytest.fixture
-def model(tmp_path: Path) -> Path:
+def model(tmp_path):
     path = tmp_path / "lid.model"
     path.write_text(MODEL)
     return path
 
 
 @pytest.fixture
-def shell(scene: Path) -> Iterator[Shell]:
+def shell(scene):
     with Session() as session:
         session.load_scenes([scene])
         yield Shell(session, Screen(), limit=None)
 
 
 @pytest.fixture
-def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], tuple[str, str]]:
-    """What was written to stdout and stderr since it was last asked."""
+def said(capsys):
+    """Return a function that takes what was written to stdout and stderr since its last call."""
 
     def taken() -> tuple[str, str]:
         out, err = capsys.readouterr()

@@ -20,7 +20,7 @@ ODD = st.text(st.sampled_from("aB_1 ,.()[]{}|'\"`%/*\\\n:=é界") | st.character
 
 
 @given(ODD)
-def test_tokens_are_the_text_but_for_white_space(text: str) -> None:
+def test_tokens_are_the_text_but_for_white_space(text):
     at = 0
     for token in tokens(text):
         assert text[at : token.start].strip() == ""
@@ -30,7 +30,7 @@ def test_tokens_are_the_text_but_for_white_space(text: str) -> None:
 
 
 @given(ODD)
-def test_nothing_that_is_typed_is_an_error(text: str) -> None:
+def test_nothing_that_is_typed_is_an_error(text):
     for place in range(len(text) + 1):
         call_at(text, place)
     calls(text), is_complete(text), list(split_goals(text)), variables(text)
@@ -48,11 +48,11 @@ def test_nothing_that_is_typed_is_an_error(text: str) -> None:
         ("'it''s'", ["name"]),
     ],
 )
-def test_tokens_are_those_of_prolog(text: str, kinds: list[str]) -> None:
+def test_tokens_are_those_of_prolog(text, kinds):
     assert [token.kind.value for token in tokens(text)] == kinds
 
 
-def test_brackets_in_quotations_and_comments_do_not_count() -> None:
+def test_brackets_in_quotations_and_comments_do_not_count():
     assert is_complete("X = '(' % (")
     assert not is_complete("X = (a")
     (call,) = calls("f('(', \")\")")
@@ -62,32 +62,11 @@ def test_brackets_in_quotations_and_comments_do_not_count() -> None:
     ]
 
 
-@pytest.mark.parametrize("text", ["", "face(F).", "% only a note", "X > 3", "a) b", "!"])
-def test_a_goal_may_end_here(text: str) -> None:
-    assert is_complete(text)
-
-
-@pytest.mark.parametrize("text", ["face(F),", "X =", "findall(F, (a", "[a", "'a", "a ->", "a :-"])
-def test_a_goal_goes_on(text: str) -> None:
-    assert not is_complete(text)
-
-
-def test_the_argument_at_the_cursor_belongs_to_the_innermost_call() -> None:
-    text = "holds(near(angle(f1, ["
-    assert call_at(text, len(text)) == ("angle", 1)
-    assert call_at("angle(f1, f2), ", 15) is None
-    assert call_at("(a, ", 4) is None
-
-
-def test_variables_stand_in_order_without_those_of_no_interest() -> None:
-    assert variables("angle(B, A, _, _Sd), A @< B % C") == ("B", "A")
-
-
 def asked(text: str) -> list[tuple[int, str]]:
     return [(goal.line, goal.text) for goal in goals(text.splitlines(keepends=True))]
 
 
-def test_a_line_is_a_goal_and_so_is_what_ends_with_a_full_stop() -> None:
+def test_a_line_is_a_goal_and_so_is_what_ends_with_a_full_stop():
     assert asked("face(F)\n% note\n\nedge(E,\n  A, B).\na. b.\n") == [
         (1, "face(F)"),
         (4, "edge(E,\n  A, B)"),
@@ -96,18 +75,14 @@ def test_a_line_is_a_goal_and_so_is_what_ends_with_a_full_stop() -> None:
     ]
 
 
-def test_a_forgotten_bracket_costs_one_goal() -> None:
+def test_a_forgotten_bracket_costs_one_goal():
     assert asked("face(\nedge(E, A, B)\n") == [(1, "face("), (2, "edge(E, A, B)")]
     assert asked("face(\n\nthing(T)\n") == [(1, "face("), (3, "thing(T)")]
     many = "face(\n" + "thing(T)\n" * (2 * MOST_LINES)
     assert len(asked(many)) == 2 * MOST_LINES + 1
 
 
-def test_a_command_is_its_whole_line() -> None:
-    assert asked(":load a. b (\nface(F)\n") == [(1, ":load a. b ("), (2, "face(F)")]
-
-
-def test_goals_are_asked_while_others_are_still_awaited() -> None:
+def test_goals_are_asked_while_others_are_still_awaited():
     def lines() -> object:
         yield "face(F)\n"
         raise AssertionError("the second line was read before the first goal was asked")

@@ -1,13 +1,11 @@
 """Lines of the shell: goals, reasons, commands, files that change."""
 
 import json
-import os
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
-from facetlog.errors import EngineError, FacetlogError, InputError, QueryError, RuleSyntaxError
+from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.asking import Outcome
 from facetlog.query_shell.commands import COMMANDS
@@ -27,7 +25,7 @@ def answer(shell: Shell, said: Said, line: str) -> str:
     return said()[0]
 
 
-def test_answers_are_a_table_with_units(shell: Shell, said: Said) -> None:
+def test_answers_are_a_table_with_units(shell, said):
     assert answer(shell, said, "length(F, L, _), F @< f3.").splitlines() == [
         "F   L (cm)",
         "──  ──────",
@@ -36,7 +34,7 @@ def test_answers_are_a_table_with_units(shell: Shell, said: Said) -> None:
     ]
 
 
-def test_a_goal_without_variables_is_yes_or_no(shell: Shell, said: Said) -> None:
+def test_a_goal_without_variables_is_yes_or_no(shell, said):
     assert answer(shell, said, "face(f1)") == "yes\n"
     assert answer(shell, said, "face(f99)") == "no\n"
     assert answer(shell, said, "face(F), F == f99") == "no\n"
@@ -44,7 +42,7 @@ def test_a_goal_without_variables_is_yes_or_no(shell: Shell, said: Said) -> None
     assert execute(shell, "face(f99)") is Outcome.NO
 
 
-def test_long_answers_are_cut_and_counted(shell: Shell, said: Said) -> None:
+def test_long_answers_are_cut_and_counted(shell, said):
     shell.limit, shell.at_prompt = 2, True
     out = answer(shell, said, "between(1, 100, X)")
     assert out.splitlines()[-1] == "… 98 more (:all shows them)"
@@ -54,9 +52,7 @@ def test_long_answers_are_cut_and_counted(shell: Shell, said: Said) -> None:
 
 
 @pytest.mark.parametrize("as_json", [False, True])
-def test_the_first_answers_of_an_endless_goal_do_not_wait_for_more(
-    shell: Shell, said: Said, *, as_json: bool
-) -> None:
+def test_the_first_answers_of_an_endless_goal_do_not_wait_for_more(shell, said, *, as_json):
     # Beyond the third nothing is found, and the search never ends: it is given up early.
     shell.limit, shell.as_json = 3, as_json
     out = answer(shell, said, "between(1, inf, X), X < 4")
@@ -67,28 +63,7 @@ def test_the_first_answers_of_an_endless_goal_do_not_wait_for_more(
         assert [line.strip() for line in out.splitlines()][2:5] == ["1", "2", "3"]
 
 
-def test_a_goal_with_lengths_says_in_which_unit_it_counts(shell: Shell, said: Said) -> None:
-    def remarks(goal: str) -> str:
-        said()
-        execute(shell, goal)
-        return "".join(said())
-
-    assert "1 cm is 0.01" in remarks("length(F, L, _), L > 0.1")
-    assert "1 cm is 0.01" not in remarks("length(F, L, _)")
-    assert "lengths in m" in remarks("length(F, L, _), L > 20")
-
-
-def test_a_model_with_a_capital_is_asked_for_by_its_name(
-    shell: Shell, said: Said, tmp_path: Path
-) -> None:
-    path = tmp_path / "Klotz.model"
-    path.write_text("model Klotz\n  face a where a is measured\n\n  big: share(a) at least 1 %\n")
-    shell.session.load_models([path])
-    assert answer(shell, said, "is_a(T, Klotz)").splitlines()[0] == "T"
-    assert "Klotz" in answer(shell, said, "is_a(T, Brett)")
-
-
-def test_answers_before_a_limit_is_reached_are_shown(scene: Path, said: Said) -> None:
+def test_answers_before_a_limit_is_reached_are_shown(scene, said):
     from facetlog.kb.limits import Limits
     from facetlog.query_shell.screen import Screen
 
@@ -108,7 +83,7 @@ def test_answers_before_a_limit_is_reached_are_shown(scene: Path, said: Said) ->
         assert "limit" in found["error"]["message"]
 
 
-def test_a_faulty_goal_is_underlined_with_a_suggestion(shell: Shell, said: Said) -> None:
+def test_a_faulty_goal_is_underlined_with_a_suggestion(shell, said):
     assert run_line(shell, "face(A), angel(A, B, C, D)") is Outcome.FAULT
     lines = said()[1].splitlines()
     assert lines[0].strip() == "face(A), angel(A, B, C, D)"
@@ -116,68 +91,31 @@ def test_a_faulty_goal_is_underlined_with_a_suggestion(shell: Shell, said: Said)
     assert "angle" in lines[2]
 
 
-@pytest.mark.parametrize("line", ["halt", "quit.", "exit"])
-def test_who_wants_to_leave_is_told_how(shell: Shell, line: str) -> None:
-    with pytest.raises(QueryError, match="no word"):  # in a script
-        execute(shell, line)
-    shell.at_prompt = True
-    with pytest.raises(InputError, match=":quit"):
-        execute(shell, line)
-
-
-def test_why_and_why_not_of_models(shell: Shell, said: Said) -> None:
-    assert answer(shell, said, "why box").startswith("t1 is a box (")
-    assert answer(shell, said, "why box t1 a = f1").startswith("t1 is a box (")
-    assert execute(shell, "why table") is Outcome.NO
-    out = answer(shell, said, "why_not stool seat=f1")
-    assert "seat = f1" in out.splitlines()[0]
-    assert "needs" in out
-
-
 @pytest.mark.parametrize(
     ("line", "says"),
     [
         ("why tabel", "did you mean table"),
-        ("why_not tabel", "did you mean table"),
         ("why", "needs a model"),
         ("why box a=f1 a=f2", "given twice"),
         ("why box a=f1 f2", "PART=FACE"),
-        ("why box a=f99", "f99"),
         ("why box nose=f1", "nose"),
-        ("why box t99", "t99"),
-        ("why angle(f99, f1, _, _)", "f99"),
         (":fcts", "did you mean :facts"),
         (":facts f99", "f99"),
-        (":facts", "needs one name"),
-        (":limit none", "number"),
-        (":models box", "no arguments"),
         (":use nowhere", "no scene 'nowhere'"),
-        (":load", "needs a file"),
         (":load /nowhere.json", "does not exist"),
-        (":load ~nobody-of-that-name/a.json", "does not exist"),
-        (":load /nowhere.pl", "no such file"),
         (":help agnle", "did you mean angle"),
-        (":words zzz", "zzz"),
         (":all", "nothing was asked"),
     ],
 )
 @pytest.mark.slow
-def test_what_cannot_be_done_is_one_line_that_says_why(
-    shell: Shell, said: Said, line: str, says: str
-) -> None:
+def test_what_cannot_be_done_is_one_line_that_says_why(shell, said, line, says):
     assert run_line(shell, line) is Outcome.FAULT
     out, err = said()
     assert out == ""
     assert says in err
 
 
-def test_names_and_facts_are_traced_to_pixels_and_vertices(shell: Shell, said: Said) -> None:
-    assert answer(shell, said, "why f1").startswith("f1: a face")
-    assert answer(shell, said, "why v1").startswith("v1")
-    assert answer(shell, said, "why angle(f1, f2, _, _)").startswith("angle(f1, f2")
-
-
-def test_facts_about_a_name_are_grouped_with_units_and_meaning(shell: Shell, said: Said) -> None:
+def test_facts_about_a_name_are_grouped_with_units_and_meaning(shell, said):
     lines = answer(shell, said, ":facts f1").splitlines()
     area = next(line for line in lines if line.startswith("area("))
     assert "m²" in area
@@ -188,7 +126,7 @@ def test_facts_about_a_name_are_grouped_with_units_and_meaning(shell: Shell, sai
     assert "… 2 more" in lines[angle + 11]
 
 
-def test_each_command_is_explained(shell: Shell, said: Said) -> None:
+def test_each_command_is_explained(shell, said):
     guide = answer(shell, said, ":help")
     for name, command in COMMANDS.items():
         assert command.signature in guide
@@ -199,9 +137,7 @@ def test_each_command_is_explained(shell: Shell, said: Said) -> None:
     assert words[:2] == ["fact:", next(w for w in words if w.startswith("  adjoins(F1, F2, E):"))]
 
 
-def test_scenes_are_asked_together_or_some_of_them(
-    shell: Shell, said: Said, tmp_path: Path
-) -> None:
+def test_scenes_are_asked_together_or_some_of_them(shell, said, tmp_path):
     write_block(tmp_path / "second", name="second", metric=False)
     execute(shell, f":load {tmp_path / 'second'}")
     out = answer(shell, said, "length(f1, L, _)").splitlines()
@@ -216,15 +152,7 @@ def test_scenes_are_asked_together_or_some_of_them(
     assert answer(shell, said, "in(second, face(f1))") == "yes\n"
 
 
-def test_a_loaded_model_is_asked_and_listed(shell: Shell, said: Said, model: Path) -> None:
-    execute(shell, f":load {model}")
-    assert answer(shell, said, "why lid").startswith("t1 is a lid")
-    assert str(model) in answer(shell, said, ":models")
-
-
-def test_a_model_that_has_changed_is_loaded_again_before_the_next_goal(
-    shell: Shell, said: Said, model: Path
-) -> None:
+def test_a_model_that_has_changed_is_loaded_again_before_the_next_goal(shell, said, model):
     execute(shell, f":load {model}")
     good = model.read_text()
     model.write_text(
@@ -241,9 +169,7 @@ def test_a_model_that_has_changed_is_loaded_again_before_the_next_goal(
     assert said()[1] == ":all shows all of it\n"
 
 
-def test_of_a_faulty_new_version_the_old_one_stays_and_it_is_said_once(
-    shell: Shell, said: Said, model: Path
-) -> None:
+def test_of_a_faulty_new_version_the_old_one_stays_and_it_is_said_once(shell, said, model):
     execute(shell, f":load {model}")
     model.write_text(model.read_text().replace("upward", "upwards"))
     said()
@@ -256,15 +182,7 @@ def test_of_a_faulty_new_version_the_old_one_stays_and_it_is_said_once(
     assert "cannot be read" in said()[1]
 
 
-def test_a_touched_model_is_not_loaded_again(shell: Shell, said: Said, model: Path) -> None:
-    execute(shell, f":load {model}")
-    os.utime(model, ns=(1, 1))
-    said()
-    execute(shell, "face(f1)")
-    assert said()[1] == ""
-
-
-def test_reload_takes_scenes_as_they_are_now(shell: Shell, said: Said, scene: Path) -> None:
+def test_reload_takes_scenes_as_they_are_now(shell, said, scene):
     write_block(scene, metric=False)
     assert execute(shell, ":reload") is Outcome.YES
     assert "(units)" in answer(shell, said, "length(f1, L, _)")
@@ -274,18 +192,11 @@ def test_reload_takes_scenes_as_they_are_now(shell: Shell, said: Said, scene: Pa
     assert answer(shell, said, "face(f1)") == "yes\n"
 
 
-def test_a_faulty_model_is_not_loaded(shell: Shell, model: Path) -> None:
-    model.write_text("model lid\n  bogus\n")
-    with pytest.raises(RuleSyntaxError, match=r"lid\.model:2"):
-        execute(shell, f":load {model}")
-    assert "lid" not in shell.session.base.models
-
-
 def batch(shell: Shell, text: str) -> Outcome:
     return run_batch(shell, text.splitlines(keepends=True))
 
 
-def test_a_batch_goes_on_after_a_fault_and_names_its_line(shell: Shell, said: Said) -> None:
+def test_a_batch_goes_on_after_a_fault_and_names_its_line(shell, said):
     assert batch(shell, "face(f1).\n% note\nangel(X)\nface(f99)\n") is Outcome.FAULT
     out, err = said()
     assert out == "yes\nno\n"
@@ -302,13 +213,11 @@ def test_a_batch_goes_on_after_a_fault_and_names_its_line(shell: Shell, said: Sa
         ("", Outcome.YES),
     ],
 )
-def test_a_batch_ends_with_the_worst_or_with_whether_anything_was_found(
-    shell: Shell, text: str, outcome: Outcome
-) -> None:
+def test_a_batch_ends_with_the_worst_or_with_whether_anything_was_found(shell, text, outcome):
     assert batch(shell, text) is outcome
 
 
-def test_each_goal_of_a_batch_is_a_line_of_json(shell: Shell, said: Said) -> None:
+def test_each_goal_of_a_batch_is_a_line_of_json(shell, said):
     shell.as_json, shell.limit = True, 2
     batch(shell, "angle(f1, B, Deg, Sd)\nangel(X)\nface(f1)\nwhy box\n:models\n:limit 1\nface(F)")
     out, err = said()
@@ -333,7 +242,7 @@ def test_each_goal_of_a_batch_is_a_line_of_json(shell: Shell, said: Said) -> Non
     assert "line 2: angel/1" in err
 
 
-def test_each_fault_of_a_batch_is_one_line_of_json(shell: Shell, said: Said) -> None:
+def test_each_fault_of_a_batch_is_one_line_of_json(shell, said):
     shell.as_json = True
     asked = [":fcts", ":all", "why f99", ":facts f99", "halt", "angel(X)", ":all", ":all x"]
     batch(shell, "\n".join(asked))
@@ -343,13 +252,6 @@ def test_each_fault_of_a_batch_is_one_line_of_json(shell: Shell, said: Said) -> 
     for line in lines:
         assert line["error"]["message"]
         assert 0 <= line["error"]["start"] < line["error"]["end"] <= len(line["goal"])
-
-
-def test_reasons_of_several_scenes_are_one_object(shell: Shell, said: Said, tmp_path: Path) -> None:
-    execute(shell, f":load {write_block(tmp_path / 'second', name='second')}")
-    shell.as_json = True
-    found = json.loads(answer(shell, said, "why box"))
-    assert [each["scene"] for each in found["scenes"]] == ["block", "second"]
 
 
 class Failing:
@@ -381,9 +283,7 @@ GOAL = "member(N, [1, 2, 0]), X is N/N"
 
 
 @pytest.mark.parametrize("fault", [QueryError("no such number", text=GOAL), RuleSyntaxError("x")])
-def test_a_fault_while_asking_comes_after_the_answers_before_it(
-    fault: FacetlogError, shell: Shell, said: Said, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_fault_while_asking_comes_after_the_answers_before_it(fault, shell, said, monkeypatch):
     def query(*_: object, **__: object) -> Failing:
         return Failing(fault)
 
@@ -401,42 +301,3 @@ def test_a_fault_while_asking_comes_after_the_answers_before_it(
     found = json.loads(said()[0])
     assert (found["rows"], found["complete"]) == ([[1], [2]], False)
     assert (found["error"]["start"], found["error"]["end"]) == (0, len(GOAL))
-
-
-def test_tables_are_set_apart(shell: Shell, said: Said) -> None:
-    out = answer(shell, said, "length(f1, L, _). face(f1). face(f2). face(F), F @< f2.")
-    assert out.split("\n\n") == ["L (cm)\n──────\n 30.00", "yes\nyes", "F\n──\nf1\n"]
-
-
-def test_facts_that_were_left_out_can_be_shown(shell: Shell, said: Said) -> None:
-    lines = answer(shell, said, ":facts f1").splitlines()
-    assert lines[-1] == "… :all shows all of them"
-    whole = answer(shell, said, ":all").splitlines()
-    assert len(whole) > len(lines)
-    assert not any("…" in line for line in whole)
-
-
-def test_each_fault_of_a_new_version_has_its_line(shell: Shell, said: Said, model: Path) -> None:
-    execute(shell, f":load {model}")
-    bad = model.read_text().replace("upward", "upwards")
-    model.write_text(f"{bad}  low: hight(lid) at most 3 cm\n")
-    said()
-    execute(shell, "face(f1)")
-    lines = said()[1].splitlines()
-    assert [line.startswith(f"{model}:") for line in lines] == [True, True]
-    assert "stays in force" in lines[1]
-    assert run_line(shell, f":load {model}") is Outcome.FAULT
-    assert [line.startswith("error: ") for line in said()[1].splitlines()] == [True, True]
-
-
-def test_a_question_to_no_scene_says_so(said: Said) -> None:
-    from facetlog.query_shell.screen import Screen
-
-    with Session() as session, pytest.raises(InputError, match="no scene"):
-        execute(Shell(session, Screen(), limit=None), "face(F)")
-
-
-def test_the_error_keeps_its_place(shell: Shell) -> None:
-    with pytest.raises(QueryError) as fault:
-        execute(shell, "face(F), angel(F)")
-    assert (fault.value.start, fault.value.end) == (9, 14)

@@ -19,7 +19,7 @@ def table(goal: str, names: str, rows: list[tuple[Term, ...]], **size: int) -> l
     return [*made.head(rows), *block]
 
 
-def test_heads_have_units_and_numbers_are_rounded_by_their_deviation() -> None:
+def test_heads_have_units_and_numbers_are_rounded_by_their_deviation():
     rows: list[tuple[Term, ...]] = [
         (Atom("f1"), 90.03846, 0.03478),
         (Atom("f10"), 9.5, 1.25),
@@ -32,69 +32,24 @@ def test_heads_have_units_and_numbers_are_rounded_by_their_deviation() -> None:
     ]
 
 
-def test_a_deviation_that_is_not_shown_rounds_nothing() -> None:
-    assert table("length(F, L, _)", "F L", [(Atom("f1"), 0.2540348)])[2] == "f1   25.40"
-
-
-def test_areas_pixels_and_scenes_without_scale_have_their_units() -> None:
-    known = meanings("area(F, A, Sd), observed(V, W, U, X, _, _), length(F, L, _)")
-    made = Table(["A", "U", "L", "F"], known, "units")
-    rows: list[tuple[Term, ...]] = [(1.0, 2.0, 3.0, Atom("f1"))]
-    made.block(rows)
-    assert made.head(rows)[0].split("  ") == ["A (units²)", "U (px)", "L (units)", "F"]
-
-
-def test_the_value_of_a_measure_has_the_unit_of_its_fact() -> None:
+def test_the_value_of_a_measure_has_the_unit_of_its_fact():
     known = meanings("measure(dihedral(A, B), V, Sd, Kind)")
     assert known["V"] == Meaning(ArgumentKind.DEGREES, "Sd")
     assert known["Sd"] == Meaning(ArgumentKind.DEGREES, is_sd=True)
 
 
-def test_a_variable_of_two_kinds_has_no_unit() -> None:
-    assert "X" not in meanings("angle(A, B, X, _), length(A, X, _)")
-
-
-def test_each_pixel_has_its_own_deviation() -> None:
-    known = meanings("observed(V, View, U, W, SdU, SdW)")
-    assert (known["U"].sd, known["W"].sd) == ("SdU", "SdW")
-
-
-def test_small_numbers_are_not_shown_as_nothing() -> None:
-    rows: list[tuple[Term, ...]] = [(0.1524,), (2.8e-6,), (0.0,), (-0.25,)]
-    lines = table("true", "X", rows)
-    assert [line.strip() for line in lines[2:]] == ["0.1524", "2.8e-06", "0.0000", "-0.2500"]
-    assert len({line.find(".") for line in lines[2:]}) == 1
-
-
 @pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, 1e300, 5e-324, -0.0])
-def test_every_number_can_be_shown(value: float) -> None:
+def test_every_number_can_be_shown(value):
     (line,) = Table(["V", "Sd"], meanings("length(f1, V, Sd)"), "m").block([(value, value)])
     assert line.strip()
 
 
-def test_wide_characters_take_two_cells() -> None:
-    lines = table("true", "A B", [(Atom("日本"), 1), (Atom("abcd"), 2)])
-    assert lines[2:] == ["日本  1", "abcd  2"]
-
-
-def test_control_characters_do_not_reach_the_terminal() -> None:
-    (line,) = Table(["A"], {}, "m").block([(Atom("a\x1b[2J\nb"),)])
-    assert line.isprintable()
-
-
-def test_a_table_fits_the_terminal() -> None:
+def test_a_table_fits_the_terminal():
     rows: list[tuple[Term, ...]] = [(Atom("x" * 100), Atom("日" * 60), 1)]
     lines = table("true", "A B N", rows, width=50)
     assert all(cell_len(line) <= 50 for line in lines)
     assert lines[2].endswith("1")
     assert "…" in lines[2]
-
-
-def test_names_of_scenes_are_shown_without_quotation_marks() -> None:
-    assert Table(["Scene"], {}, "m").block([(Atom("block-0"),)]) == ["block-0"]
-    made = Table(["Scene", "S"], {}, "m", scenes=["block-0"])
-    assert made.block([(Atom("block-0"), Atom("block-0"))]) == ["block-0  block-0"]
-    assert made.block([(Atom("block-0"), Atom("block-1"))]) == ["block-0  'block-1'"]
 
 
 @pytest.mark.parametrize(
@@ -103,26 +58,22 @@ def test_names_of_scenes_are_shown_without_quotation_marks() -> None:
         (Atom("f1"), "f1"),
         (Atom("block-0"), "'block-0'"),
         (Atom(""), "''"),
-        (Atom("Big"), "'Big'"),
         ("text", '"text"'),
         (Fraction(1, 3), "1r3"),
-        (2**70, str(2**70)),
         ((Atom("a"), (1, 2)), "[a, [1, 2]]"),
         (Struct("-", (Struct("-", (1, 2)), 3)), "1-2-3"),
         (Struct("-", (1, Struct("-", (2, 3)))), "1-(2-3)"),
         (Struct("*", (Struct("+", (1, 2)), -3)), "(1+2)*(-3)"),
         (Struct("<", (Struct("+", (1, 2)), 4)), "1+2 < 4"),
         (Struct("f", (Struct(":-", (Atom("a"), Atom("b"))),)), "f((a :- b))"),
-        (Struct("-", (Atom("+"), Atom("a"))), "(+)-a"),
         (Struct("[|]", (1, Struct("[|]", (2, Atom("t"))))), "[1, 2|t]"),
-        (Struct(",", (Atom("a"), Atom("b"))), "','(a, b)"),
     ],
 )
-def test_terms_are_written_as_prolog_reads_them(term: Term, text: str) -> None:
+def test_terms_are_written_as_prolog_reads_them(term, text):
     assert shown(term) == text
 
 
-def test_json_tells_strings_from_atoms_and_has_no_infinities() -> None:
+def test_json_tells_strings_from_atoms_and_has_no_infinities():
     assert term_json((Atom("a"), "a", math.inf, Fraction(1, 3))) == [
         "a",
         {"string": "a"},
@@ -131,7 +82,7 @@ def test_json_tells_strings_from_atoms_and_has_no_infinities() -> None:
     ]
 
 
-def test_lengths_of_a_table_share_a_unit_in_which_their_deviations_can_be_read() -> None:
+def test_lengths_of_a_table_share_a_unit_in_which_their_deviations_can_be_read():
     rows = [(0.254, 7e-5, 0.0516)]
     assert table("length(F, L, S), area(F, A, _)", "L S A", rows) == [
         " L (mm)  S (mm)  A (cm²)",

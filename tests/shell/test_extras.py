@@ -1,7 +1,6 @@
-"""What needs a package that is not installed names the extra that brings it, before any work."""
+"""Commands that need a missing package name the extra that brings it, before any work."""
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from facetlog.perception.surfaces.scene_file import write_scene
 
 
 @pytest.fixture
-def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+def without(monkeypatch):
     """Makes a package one that is not installed, and modules ones that were not imported yet."""
 
     def missing(package: str, *modules: str) -> None:
@@ -36,15 +35,8 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     ],
 )
 def test_commands_name_the_extra(
-    package: str,
-    module: str,
-    argv: list[str],
-    extra: str,
-    without: Callable[..., None],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    package, module, argv, extra, without, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     write_scene(cuboid(0.3, 0.2, 0.1), Path("a.json"))
     without(package, *([module] if module else ()))
@@ -53,15 +45,13 @@ def test_commands_name_the_extra(
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
 
 
-def test_a_robot_names_its_extra(without: Callable[..., None]) -> None:
+def test_a_robot_names_its_extra(without):
     without("serial", "facetlog.robot.pioneer.line.port")
     with pytest.raises(InputError, match=r"pip install 'facetlog\[robot\]'"):
         __import__("facetlog.robot.pioneer.line.port")
 
 
-def test_plots_name_their_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_plots_name_their_extra(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("facetlog.degree_plot.find_spec", lambda _: None)
     assert main(["demo", "--paper", "-o", str(tmp_path / "out")]) == 2
     assert main(["recognize", str(tmp_path), "--follow", "-o", str(tmp_path / "out")]) == 2

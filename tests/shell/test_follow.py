@@ -12,7 +12,6 @@ import pytest
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.cli import main
-from facetlog.commands.follow import step_json
 from facetlog.degree_plot import Degrees, write_degree_plot
 from facetlog.errors import InputError
 from facetlog.kb.explaining.proof import State
@@ -51,45 +50,6 @@ def test_no_view_is_drawn_once_the_goal_is_reached():
     assert [v.model for v in last.recognition.best] == ["box"]
     assert "box holds to 90%" in last.ended
     assert not any(Goal("box", 0.9).reached(s.recognition) for s in steps[2:-1])
-
-
-@pytest.mark.slow
-def test_numbers_of_a_view_are_rounded_in_json():
-    with open_models() as base:
-        *_, step = (
-            step
-            for step in recognise_stream(_block()[0], up=UP, base=base, stop=Stop(max_views=6))
-            if not step.ended
-        )
-    line = json.loads(step_json(step))
-    numbers = [line["largest_sd"], *(v["degree_at_most"] for v in line["verdicts"])]
-    assert all(len(f"{number:.16g}") <= len(f"{number:.4g}") for number in numbers)
-    assert line["largest_sd"] == pytest.approx(step.largest_sd, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_limits_on_views_and_standard_deviation_end_it():
-    views, drawn = _block()
-    with open_models() as base:
-        *_, last = recognise_stream(views, up=UP, base=base, stop=Stop(max_views=2), polish=False)
-        assert (len(drawn), last.ended) == (2, "2 views were used")
-        assert last.recognition is None
-        views, drawn = _block()
-        *steps, last = recognise_stream(
-            views, up=UP, base=base, stop=Stop(sd_limit=0.05), polish=False
-        )
-    assert steps[-1].largest_sd <= 0.05
-    assert len(drawn) < 12
-    assert all(s.largest_sd is None or s.largest_sd > 0.05 for s in steps[:-1])
-
-
-@pytest.mark.slow
-def test_what_is_undecided_is_told():
-    with open_models() as base:
-        steps = list(recognise_stream(tour("table")[:3], up=UP, base=base, polish=False))
-    desk = next(v for v in steps[2].undecided if v.model == "desk")
-    assert "nothing was measured that could be its" in desk.summary
-    assert steps[0].undecided == ()
 
 
 @pytest.mark.slow
@@ -230,32 +190,8 @@ def test_a_folder_with_odometry_is_polished_with_its_drift_put_right(tmp_path, c
     assert "is a box (100%)" in out
 
 
-@pytest.mark.slow
-def test_json_has_an_object_a_view_and_all_of_it_at_the_end(folder, capsys):
-    main(
-        ["recognize", str(folder), "--follow", "--until", "box >= 50%", "--timeout", "5", "--json"]
-    )
-    *views, last = map(json.loads, capsys.readouterr().out.splitlines())
-    assert [v["used"] for v in views] == list(range(1, len(views) + 1))
-    assert {v["schema"] for v in (*views, last)} == {"facetlog-stream/1"}
-    assert "box holds" in last["ended"]
-    assert last["recognition"]["verdicts"]
-
-
 def test_a_goal_that_no_model_can_reach_is_refused_before_the_first_view(folder, capsys):
     assert main(["recognize", str(folder), "--follow", "--until", "tabel >= 90%"]) == 2
     out, err = capsys.readouterr()
     assert "there is no model 'tabel'; did you mean table?" in err
     assert out == ""
-
-
-def test_options_of_following_need_it(folder, capsys):
-    assert main(["recognize", str(folder), "--max-views", "3"]) == 2
-    assert "go with --follow" in capsys.readouterr().err
-    assert main(["recognize", str(folder), "--follow", "--front-end", "paper"]) == 2
-    assert "lines" in capsys.readouterr().err
-
-
-def test_a_followed_folder_that_is_not_there_is_one_line(tmp_path, capsys):
-    assert main(["recognize", str(tmp_path / "none"), "--follow", "--timeout", "0.1"]) == 2
-    assert "does not exist" in capsys.readouterr().err

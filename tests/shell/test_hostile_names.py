@@ -5,7 +5,6 @@ Whatever prints is asked about names with control characters, and none comes out
 
 import os
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,13 +28,9 @@ candidate(slab, Thing, [Board]) :- face_of(Thing, Board).
 condition(slab, flat, "it \e[31m lies\n \a level", _, [Board], at_most(tilt(Board), 5)).
 """
 
-Says = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Says:
+def says(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
     scene = replace(cuboid(), name=EVIL, warnings=(EVIL,))
@@ -57,7 +52,7 @@ def says(
     return run
 
 
-def test_questions_print_no_control_characters(says: Says) -> None:
+def test_questions_print_no_control_characters(says):
     code, out, _ = says("query", "scene.json", "scene(N)")
     assert code == 0
     assert "]0;t" in out
@@ -69,7 +64,7 @@ def test_questions_print_no_control_characters(says: Says) -> None:
 
 
 @pytest.mark.slow
-def test_explanations_print_no_control_characters(says: Says) -> None:
+def test_explanations_print_no_control_characters(says):
     for command in ("why", "why-not"):
         assert says(command, f"{EVIL}.json", "box")[0] in (0, 1)
         says(command, "scene.json", EVIL)
@@ -78,7 +73,7 @@ def test_explanations_print_no_control_characters(says: Says) -> None:
             says(command, "scene.json", "slab", "--models", "slab.pl", "--trust", *full)
 
 
-def test_what_is_said_of_scenes_has_no_control_characters(says: Says) -> None:
+def test_what_is_said_of_scenes_has_no_control_characters(says):
     for file in (f"{EVIL}.json", f"bad{EVIL}.json", EVIL):
         says("scene", "show", file)
         says("scene", "validate", file)
@@ -86,7 +81,7 @@ def test_what_is_said_of_scenes_has_no_control_characters(says: Says) -> None:
 
 
 @pytest.mark.slow
-def test_a_batch_and_its_report_have_no_control_characters(says: Says) -> None:
+def test_a_batch_and_its_report_have_no_control_characters(says):
     labels = "file,label,kind\n"
     labels += f'scene.json,"la{EVIL}bel","{EVIL}"\ntable.json,box,"{EVIL}2"\n'
     Path("labels.csv").write_text(labels, newline="")
@@ -109,14 +104,14 @@ def test_a_batch_and_its_report_have_no_control_characters(says: Says) -> None:
         assert not STEERS.search(shown)
 
 
-def test_models_print_no_control_characters(says: Says) -> None:
+def test_models_print_no_control_characters(says):
     for command in ("check", "format", "compile", "test"):
         assert says("model", command, f"{EVIL}.model")[0] in (1, 2)
     says("model", "new", EVIL)
     says("classify", "scene.json", "--models", EVIL)
 
 
-def test_names_of_pictures_print_no_control_characters(says: Says) -> None:
+def test_names_of_pictures_print_no_control_characters(says):
     document = transforms()
     for name in (EVIL, f"../{EVIL}", f"images/{EVIL}.png"):
         document["frames"][0]["file_path"] = name

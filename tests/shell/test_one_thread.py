@@ -10,9 +10,7 @@ from facetlog import __main__, cli
 from facetlog.one_thread import ONE_THREAD, on_one_thread
 
 
-def test_the_command_line_takes_one_thread_where_the_user_says_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_command_line_takes_one_thread_where_the_user_says_nothing(monkeypatch):
     for name in ONE_THREAD:
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
@@ -31,7 +29,7 @@ def blas_threads() -> set[int]:
     return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}
 
 
-def test_a_python_program_has_its_own_number_of_threads_again_afterwards() -> None:
+def test_a_python_program_has_its_own_number_of_threads_again_afterwards():
     with threadpool_limits(2, user_api="blas"):
         before = blas_threads()
         with on_one_thread():

@@ -1,7 +1,6 @@
 """No command writes over what it reads, nor over a file of others unless it is asked to."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -32,16 +31,14 @@ def _roundabout(path: Path) -> Path:
 
 
 @pytest.mark.parametrize("renamed", [lambda path: path, _link, _hard_link, _roundabout])
-def test_an_input_is_replaced_under_no_name(
-    renamed: Callable[[Path], Path], tmp_path: Path
-) -> None:
+def test_an_input_is_replaced_under_no_name(renamed, tmp_path):
     given = tmp_path / "poses.json"
     given.write_bytes(FOREIGN)
     with pytest.raises(InputError, match="is what is read"):
         check_output_file(renamed(given), "-o", (given,), overwrite=True)
 
 
-def test_a_file_in_a_folder_that_is_read_is_not_replaced(tmp_path: Path) -> None:
+def test_a_file_in_a_folder_that_is_read_is_not_replaced(tmp_path):
     views = tmp_path / "views"
     (views / "images").mkdir(parents=True)
     for name in ("transforms.json", "images/a.png"):
@@ -53,7 +50,7 @@ def test_a_file_in_a_folder_that_is_read_is_not_replaced(tmp_path: Path) -> None
     check_output_file(views / "scene.json", "-o", (views,), own=OWN_SCENE)
 
 
-def test_what_is_there_is_replaced_on_request_or_if_it_is_our_own(tmp_path: Path) -> None:
+def test_what_is_there_is_replaced_on_request_or_if_it_is_our_own(tmp_path):
     path = tmp_path / "page.html"
     path.write_bytes(b"")  # as mktemp makes it
     check_output_file(path, "--html")
@@ -65,7 +62,7 @@ def test_what_is_there_is_replaced_on_request_or_if_it_is_our_own(tmp_path: Path
     check_output_file(path, "--html", own=OWN_PAGE)
 
 
-def test_a_folder_that_holds_what_is_read_is_not_replaced(tmp_path: Path) -> None:
+def test_a_folder_that_holds_what_is_read_is_not_replaced(tmp_path):
     run = tmp_path / "run"
     with output_folder(run, {}) as made:
         (made / "scene.json").write_text("{}")
@@ -75,14 +72,14 @@ def test_a_folder_that_holds_what_is_read_is_not_replaced(tmp_path: Path) -> Non
             check_replaceable(run, "--html", (read,))
 
 
-def test_two_outputs_are_not_one_file(tmp_path: Path) -> None:
+def test_two_outputs_are_not_one_file(tmp_path):
     with pytest.raises(InputError, match="both -o and --report"):
         check_distinct(
             (("-o", tmp_path / "a"), ("--html", None), ("--report", tmp_path / "." / "a"))
         )
 
 
-def test_a_link_is_written_through_also_where_it_leads_nowhere_yet(tmp_path: Path) -> None:
+def test_a_link_is_written_through_also_where_it_leads_nowhere_yet(tmp_path):
     (tmp_path / "file").symlink_to("target")
     for content in (b"first", b"second"):
         write_whole(tmp_path / "file", content)
@@ -101,39 +98,18 @@ def test_a_link_is_written_through_also_where_it_leads_nowhere_yet(tmp_path: Pat
         check_replaceable(tmp_path / "round")
 
 
-def test_the_current_folder_stays_the_current_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for content in ("first", "second"):
-        with output_folder(Path(), {}) as made:
-            (made / "a").write_text(content)
-        assert Path("a").read_text() == content
-    assert sorted(path.name for path in Path().iterdir()) == ["a", "run.json"]
-    assert Path.cwd() == tmp_path
-
-
 @pytest.mark.parametrize(
     ("argv", "target"),
     [
         (["reconstruct", "views", "-o", "views/transforms.json"], "views/transforms.json"),
         (["scene", "convert", "scene.json", "scene.json", "--overwrite"], "scene.json"),
-        (["scene", "show", "scene.json", "-o", "mine.png"], "mine.png"),
         (["why", "scene.json", "box", "--html", "mine.html"], "mine.html"),
-        (["why-not", "scene.json", "box", "--html", "mine.html"], "mine.html"),
-        (["query", "scene.json", "face(F)", "--html", "mine.html"], "mine.html"),
         (["model", "compile", "a.model", "-o", "mine.pl"], "mine.pl"),
-        (["model", "compile", "a.model", "-o", "a.model", "--overwrite"], "a.model"),
         (["model", "new", "a"], "a.model"),
         (["mat", "-o", "mine.pdf"], "mine.pdf"),
         (["classify", "scene.json", "-o", "mine.csv"], "mine.csv"),
-        (["classify", "--from", "mine.csv", "-o", "mine.csv", "--overwrite"], "mine.csv"),
         (["classify", "--labels", "labels.csv", "-o", "labels.csv", "--overwrite"], "labels.csv"),
         (["classify", "--labels", "labels.csv", "--report", "mine.html"], "mine.html"),
-        (
-            ["classify", "--labels", "labels.csv", "--report", "mine.html", "--overwrite"],
-            "mine.html",
-        ),
         (["classify", "scene.json", "--html", "views"], "views/transforms.json"),
         (["recognize", "views", "-o", "views"], "views"),
         (["map", "views", "-o", "views"], "views"),
@@ -147,13 +123,7 @@ def test_the_current_folder_stays_the_current_folder(
         ),
     ],
 )
-def test_no_command_replaces_what_is_not_its_own(
-    argv: list[str],
-    target: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_no_command_replaces_what_is_not_its_own(argv, target, tmp_path, monkeypatch, capsys):
     if "--mcap" in argv:
         pytest.importorskip("rosbags", reason="MCAP is written by rosbags")
     monkeypatch.chdir(tmp_path)

@@ -3,27 +3,23 @@
 import io
 import json
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
-import numpy as np
 import pytest
 import trimesh
 
 from facetlog.cli import main
-from facetlog.grammar.library import BUILTIN
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import write_scene
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> str:
+def scene(tmp_path):
     write_scene(cuboid(0.3, 0.2, 0.1), tmp_path / "scene.json")
     return str(tmp_path / "scene.json")
 
@@ -34,28 +30,15 @@ def scene(tmp_path: Path) -> str:
         ("face(f1)", 0, "yes\n"),
         ("face(f99)", 1, "no\n"),
         ("angel(X)", 2, ""),
-        ("X is 1/0", 2, ""),
     ],
 )
-def test_the_exit_code_says_what_came_of_a_goal(
-    goal: str, code: int, out: str, scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_exit_code_says_what_came_of_a_goal(goal, code, out, scene, capsys):
     assert main(["query", scene, goal]) == code
     assert capsys.readouterr().out == out
 
 
-def test_a_mesh_is_asked_like_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    trimesh.creation.box((0.3, 0.2, 0.1)).export(tmp_path / "a.stl")
-    assert main(["query", str(tmp_path / "a.stl"), "face(f1)"]) == 0
-    assert capsys.readouterr().out == "yes\n"
-    assert main(["why", str(tmp_path / "a.stl"), "box"]) == 0
-    assert "box" in capsys.readouterr().out
-
-
 @pytest.mark.slow
-def test_up_and_unit_of_a_mesh_are_stated_where_it_is_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_up_and_unit_of_a_mesh_are_stated_where_it_is_asked(tmp_path, capsys):
     mesh = str(tmp_path / "t.stl")
     legs = [((x, y, 0.0), (x + 5.0, y + 5.0, 70.0)) for x in (0.0, 115.0) for y in (0.0, 75.0)]
     boxes = [*legs, ((0.0, 0.0, 70.0), (120.0, 80.0, 73.0))]
@@ -78,35 +61,7 @@ def test_up_and_unit_of_a_mesh_are_stated_where_it_is_asked(
     assert "--up 'w': use one of" in capsys.readouterr().err
 
 
-def test_of_a_scene_the_up_is_stated_and_its_facts_are_others(
-    scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    elevation = "elevation(f1, H, _)"
-    for up, code in (("auto", 0), ("none", 1), ("auto", 0)):
-        assert main(["query", scene, "--up", up, elevation]) == code
-    capsys.readouterr()
-    assert main(["why", scene, "box", "--sensor", "1,1,1"]) == 0
-    assert "--sensor does not count" in capsys.readouterr().err
-
-
-def test_what_is_wrong_with_a_mesh_is_said_where_it_is_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    apart = np.arange(6.0)[:, None, None] + np.eye(3)[None]
-    rain = trimesh.Trimesh(apart.reshape(-1, 3), np.arange(18).reshape(-1, 3), process=False)
-    rain.export(tmp_path / "rain.ply")
-    main(["why", str(tmp_path / "rain.ply"), "box"])
-    assert "rain.ply: 6 of 6 triangles, 100.0% of the surface" in capsys.readouterr().err
-
-
-def test_a_time_limit_is_kept(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["query", scene, "--timeout", "0.3", "between(1, inf, X), X < 0"]) == 3
-    assert "time limit" in capsys.readouterr().err
-
-
-def test_goals_come_from_standard_input(
-    scene: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_goals_come_from_standard_input(scene, monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO("face(F).\nfoo(X)\nwhy box\n"))
     assert main(["query", scene, "--json", "--limit", "1"]) == 2
     out, err = capsys.readouterr()
@@ -122,15 +77,11 @@ def test_goals_come_from_standard_input(
     [
         ["absent.json"],
         ["face(F)"],
-        ["SCENE", "--limit", "0", "face(F)"],
         ["SCENE", "--timeout", "0", "face(F)"],
-        ["SCENE", "--timeout", "nan", "face(F)"],
         ["SCENE", "--models", "absent.pl", "face(F)"],
     ],
 )
-def test_a_question_that_cannot_be_asked_is_one_line(
-    arguments: list[str], scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_question_that_cannot_be_asked_is_one_line(arguments, scene, capsys):
     assert main(["query", *(scene if a == "SCENE" else a for a in arguments)]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -138,7 +89,7 @@ def test_a_question_that_cannot_be_asked_is_one_line(
     assert err.count("\n") == 1
 
 
-def test_why_ends_with_whether_it_holds(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_why_ends_with_whether_it_holds(scene, capsys):
     assert main(["why", scene, "box", "a=f1"]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("t1 is a box")
@@ -149,9 +100,7 @@ def test_why_ends_with_whether_it_holds(scene: str, capsys: pytest.CaptureFixtur
     assert f"facetlog why-not {scene} table" in err
 
 
-def test_why_in_full_goes_down_to_the_vertices(
-    scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_why_in_full_goes_down_to_the_vertices(scene, capsys):
     assert main(["why", scene, "box", "--full"]) == 0
     text = capsys.readouterr().out
     assert "v1" in text
@@ -171,7 +120,7 @@ def test_why_in_full_goes_down_to_the_vertices(
     assert sorted(found["origins"]) == sorted(faces)
 
 
-def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_near_misses_are_counted(scene, capsys):
     assert main(["why-not", scene, "table", "--json", "--count", "2"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["schema"], found["model"]) == ("facetlog-why-not/2", "table")
@@ -190,23 +139,19 @@ def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str])
     [
         ["bx"],
         ["box", "nose=f1"],
-        ["box", "a=f99"],
-        ["box", "f1"],
         ["box", "--thing", "t99"],
         ["box", "--models", "absent.pl"],
     ],
 )
 @pytest.mark.parametrize("command", ["why", "why-not"])
-def test_reasons_for_what_there_is_not_are_refused_in_one_line(
-    command: str, arguments: list[str], scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reasons_for_what_there_is_not_are_refused_in_one_line(command, arguments, scene, capsys):
     assert main([command, scene, *arguments]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
 
 
-def test_where_a_name_or_fact_comes_from(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_where_a_name_or_fact_comes_from(scene, capsys):
     for about in ("f1", "e1", "v1", "t1", "angle(f1, f2)"):
         assert main(["why", scene, about]) == 0
         assert capsys.readouterr().out.startswith(about.rstrip(")"))
@@ -219,69 +164,7 @@ def test_where_a_name_or_fact_comes_from(scene: str, capsys: pytest.CaptureFixtu
     assert json.loads(capsys.readouterr().out)["schema"] == "facetlog-origin/1"
 
 
-def test_a_part_that_is_a_piece_is_followed_to_its_faces(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    text = "model stand\n  board top\n  at least 1 bars leg where leg carries top\n  top is level\n"
-    (tmp_path / "stand.model").write_text(text, encoding="utf-8")
-    asked = ["why", str(BUILTIN / "scenes" / "chair_two_legs.json")]
-    assert main([*asked, "stand", "--models", str(tmp_path / "stand.model"), "--full"]) == 0
-    assert re.search(r"^p\d: a piece, .*\n  f\d+: a face", capsys.readouterr().out, re.MULTILINE)
-    assert main([*asked, "p1"]) == 0
-    assert capsys.readouterr().out.startswith("p1: a piece")
-
-
-@pytest.mark.parametrize(
-    ("name", "guess"), [("bx", "did you mean box?"), ("f99", "there are f1 to f6")]
-)
-def test_what_is_neither_model_nor_name_is_said_in_one_line(
-    name: str, guess: str, scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["why", scene, name]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "neither a model nor" in line
-    assert guess in line
-
-
-@pytest.mark.parametrize("goal", ["", "  ", " . ", "% nothing"])
-def test_an_empty_goal_is_refused(
-    goal: str, scene: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["query", scene, goal]) == 2
-    assert "the goal is empty" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "arguments", [["query", "SCENE", "face(F)"], ["why", "SCENE", "box"], ["recognize", "SCENE"]]
-)
-def test_each_fault_of_a_model_file_has_its_line(
-    arguments: list[str], scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "lid.model"
-    path.write_text("""\
-model lid
-  face lid
-
-  up: lid is upwards
-  low: hight(lid) at most 3 cm
-""")
-    words = [scene if word == "SCENE" else word for word in arguments]
-    assert main([*words, "--models", str(path)]) == 2
-    first, second = capsys.readouterr().err.splitlines()
-    assert first.startswith(f"facetlog: {path}:4:")
-    assert second.startswith(f"facetlog: {path}:5:")
-
-
-def test_nothing_near_is_a_clean_no(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["why-not", scene, "box"]) == 1
-    assert capsys.readouterr().out.startswith("nothing in ")
-    assert main(["why-not", scene, "box", "a=f1", "b=f2", "c=f3"]) == 0
-    assert "a = f1, b = f2, c = f3" in capsys.readouterr().out
-
-
-def test_reasons_and_answers_are_pages_as_well(
-    scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reasons_and_answers_are_pages_as_well(scene, tmp_path, capsys):
     page = tmp_path / "page.html"
     assert main(["why", scene, "box", "--html", str(page)]) == 0
     assert re.search(r"<h1>t1 is a box \(\d+%\)</h1>", page.read_text(encoding="utf-8"))
@@ -307,18 +190,10 @@ def test_reasons_and_answers_are_pages_as_well(
         (["query", "SCENE", "SCENE", "face(F)", "--html", "a.html"], "of one scene and one goal"),
         (["query", "SCENE", "face(F). edge(E).", "--html", "a.html"], "of one scene and one goal"),
         (["why", "SCENE", "box", "--html", "a.json"], "what can be written is .html"),
-        (["why", "SCENE", "box", "--html", "gone/a.html"], "a folder that exists"),
         (["why", "SCENE", "f1", "--html", "a.html"], "a.html was not written"),
     ],
 )
-def test_what_is_no_page_is_said(
-    argv: list[str],
-    says: str,
-    scene: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_is_no_page_is_said(argv, says, scene, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     main([scene if word == "SCENE" else word for word in argv])
     assert says in capsys.readouterr().err

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.content import content_hash
-from facetlog.batch.inputs import scene_paths
 from facetlog.batch.labels import read_labels
 from facetlog.errors import InputError
 from facetlog.grammar.analysis import analyse
@@ -21,7 +20,7 @@ from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.query_shell.model_files import stamp_of
 from facetlog.query_shell.scene_files import scene_file
-from facetlog.regular_file import check_regular, read_regular, read_regular_text
+from facetlog.regular_file import read_regular, read_regular_text
 from facetlog.robot.collecting.tour_file import read_tour
 from facetlog.robot.mount.mount import read_mount
 from facetlog.robot.simulator.world_file import read_world
@@ -33,18 +32,14 @@ def _socket(path: Path) -> None:
 
 
 @pytest.fixture(params=[os.mkfifo, _socket])
-def make(
-    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[[Path], None]:
+def make(request, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     called: Callable[[Path], None] = request.param
     return called
 
 
 @pytest.mark.parametrize("name", ["x.ply", "x.obj", "x.json", "x.las", "x.xyz"])
-def test_what_is_no_regular_file_is_refused_at_once(
-    name: str, make: Callable[[Path], None], tmp_path: Path
-) -> None:
+def test_what_is_no_regular_file_is_refused_at_once(name, make, tmp_path):
     path = tmp_path / name
     make(path)
     for read in (content_hash, lambda file: read_shape(file, ShapeOptions())):
@@ -66,9 +61,7 @@ def test_what_is_no_regular_file_is_refused_at_once(
         lambda path: labelled_cases(path, lambda _: (), known=()),
     ],
 )
-def test_every_reader_takes_regular_files_alone(
-    read: Callable[[Path], object], make: Callable[[Path], None], tmp_path: Path
-) -> None:
+def test_every_reader_takes_regular_files_alone(read, make, tmp_path):
     make(tmp_path / "x.csv")
     with pytest.raises(InputError, match="it is a pipe, a socket or a device; give a file"):
         read(tmp_path / "x.csv")
@@ -79,9 +72,7 @@ def test_every_reader_takes_regular_files_alone(
 
 
 @pytest.mark.parametrize("name", ["x.pl", "x.model"])
-def test_a_model_and_what_it_uses_are_regular_files(
-    name: str, make: Callable[[Path], None], tmp_path: Path
-) -> None:
+def test_a_model_and_what_it_uses_are_regular_files(name, make, tmp_path):
     make(tmp_path / name)
     main = tmp_path / "main.model"
     main.write_text(f'use "{name}"\nmodel slab\n  face a\n  wide: area(a) at least 1 m2\n')
@@ -90,7 +81,7 @@ def test_a_model_and_what_it_uses_are_regular_files(
         assert any("it is a pipe, a socket or a device" in f.message for f in found.faults)
 
 
-def test_what_is_longer_than_may_be_is_not_read_whole(tmp_path: Path) -> None:
+def test_what_is_longer_than_may_be_is_not_read_whole(tmp_path):
     (tmp_path / "x").write_bytes(b"\xef\xbb\xbfabc")
     assert read_regular(tmp_path / "x", 6) == b"\xef\xbb\xbfabc"
     assert read_regular_text(tmp_path / "x", 6) == "abc"
@@ -104,33 +95,7 @@ def test_what_is_longer_than_may_be_is_not_read_whole(tmp_path: Path) -> None:
         read_regular(Path("a\0b"), 5)
 
 
-def test_a_link_to_a_pipe_is_one_and_a_file_is_none(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "x.ply").symlink_to("pipe")
-    (tmp_path / "y.ply").write_text("ply")
-    with pytest.raises(InputError, match=r"x\.ply: it is a pipe"):
-        check_regular(tmp_path / "x.ply")
-    for name in ("y.ply", "absent", "."):
-        check_regular(tmp_path / name)
-
-
-def test_a_folder_names_its_pipe_so_that_a_row_can_say_it(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "x.ply")
-    assert scene_paths([str(tmp_path)]) == (str(tmp_path / "x.ply"),)
-
-
-@pytest.mark.parametrize("part", ["cameras.txt", "images.txt", "points3D.txt"])
-def test_a_colmap_model_with_a_pipe_is_refused(part: str, tmp_path: Path) -> None:
-    for name in {"cameras.txt", "images.txt", "points3D.txt"} - {part}:
-        (tmp_path / name).touch()
-    os.mkfifo(tmp_path / part)
-    with pytest.raises(InputError, match=r"is a pipe|has no points3D"):
-        read_shape(tmp_path, ShapeOptions())
-
-
-def test_to_read_takes_the_memory_of_the_file_and_not_of_the_longest_there_may_be(
-    tmp_path: Path,
-) -> None:
+def test_to_read_takes_the_memory_of_the_file_and_not_of_the_longest_there_may_be(tmp_path):
     path = tmp_path / "small"
     path.write_bytes(b"small")
     tracemalloc.start()
@@ -141,7 +106,7 @@ def test_to_read_takes_the_memory_of_the_file_and_not_of_the_longest_there_may_b
         tracemalloc.stop()
 
 
-def test_a_file_that_says_nothing_of_its_size_is_read_to_its_end() -> None:
+def test_a_file_that_says_nothing_of_its_size_is_read_to_its_end():
     path = Path("/proc/self/status")
     if not path.exists():
         pytest.skip("no such files here")

@@ -14,7 +14,7 @@ from facetlog.report import laid_out
 MOST_BYTES = 61_000
 
 
-def test_json_has_a_line_for_each_condition() -> None:
+def test_json_has_a_line_for_each_condition():
     data = {"verdicts": [{"model": "box", "conditions": [{"a": 1, "b": [1, 2]}, {}]}], "empty": []}
     assert laid_out(data, 4).splitlines() == [
         "{",
@@ -33,10 +33,9 @@ def test_json_has_a_line_for_each_condition() -> None:
 
 
 @pytest.mark.slow
-def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("facetlog.cli.simulated_views", lambda *_, **__: ViewSet("block", ()))
+def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(monkeypatch, capsys):
+    views = ViewSet("block", ())
+    monkeypatch.setattr("facetlog.commands.recognize.simulated_views", lambda *_, **__: views)
     monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: cuboid())
 
     def said(*options: str) -> str:

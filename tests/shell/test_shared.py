@@ -1,4 +1,4 @@
-"""What every command of the line does with the errors of its body."""
+"""Errors of a command's body become one line and an exit code."""
 
 import subprocess
 import sys
@@ -29,9 +29,7 @@ def _raising(error: BaseException) -> Callable[[], None]:
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_an_error_is_one_line_and_an_exit_code(
-    error: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_is_one_line_and_an_exit_code(error, code, said, capsys):
     with pytest.raises(typer.Exit) as ended:
         _raising(error)()
     assert ended.value.exit_code == code
@@ -39,7 +37,7 @@ def test_an_error_is_one_line_and_an_exit_code(
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is full")
-def test_output_for_which_there_is_no_room_is_one_line(tmp_path: Path) -> None:
+def test_output_for_which_there_is_no_room_is_one_line(tmp_path):
     model = tmp_path / "a.model"
     model.write_text('model a\n  "A thing."\n  face f\n  level: f is level\n')
     check = (sys.executable, "-m", "facetlog", "model", "check", str(model))

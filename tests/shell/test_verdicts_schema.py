@@ -4,7 +4,6 @@ import json
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
 from facetlog.kb.recognize import recognize
 from facetlog.perception.facts.all_facts import scene_facts
@@ -22,17 +21,10 @@ def _verdicts(name: str, *, full: bool = False) -> dict[str, Any]:
 @pytest.mark.parametrize("full", [False, True])
 @pytest.mark.parametrize("name", ["cuboid", "chair", "room_corner"])
 @pytest.mark.slow
-def test_what_recognition_says_is_as_the_schema_has_it(name: str, full: bool) -> None:
+def test_what_recognition_says_is_as_the_schema_has_it(name, full):
     said = json.dumps(_verdicts(name, full=full))
     record = VerdictsRecord.model_validate_json(said, strict=True)
     # nothing is left out and nothing made of it: all that was said comes back
     assert json.loads(record.model_dump_json(by_alias=True, exclude_unset=True)) == json.loads(said)
     assert record.recognised
     assert {verdict.state for verdict in record.verdicts} - {"holds"}
-
-
-def test_a_key_that_is_not_known_is_no_verdict() -> None:
-    said = _verdicts("cuboid")
-    said["verdicts"][0]["conditions"][0]["because"]["less"] = 1
-    with pytest.raises(ValidationError, match="less"):
-        VerdictsRecord.model_validate_json(json.dumps(said))

@@ -1,4 +1,4 @@
-"""What is built of the repository works outside of it, and has what it needs with it."""
+"""The wheel works outside of the repository, with all the data that it needs."""
 
 import os
 import subprocess
@@ -31,7 +31,7 @@ def _built(kind: str, source: Path, folder: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_the_wheel_works_outside_of_the_repository(tmp_path: Path) -> None:
+def test_the_wheel_works_outside_of_the_repository(tmp_path):
     wheel = _built("wheel", ROOT, tmp_path / "wheel")
     place, elsewhere = tmp_path / "place", tmp_path / "elsewhere"
     elsewhere.mkdir()
@@ -56,7 +56,7 @@ def test_the_wheel_works_outside_of_the_repository(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_source_distribution_builds_the_same_wheel(tmp_path: Path) -> None:
+def test_the_source_distribution_builds_the_same_wheel(tmp_path):
     with tarfile.open(_built("sdist", ROOT, tmp_path / "sdist")) as archive:
         archive.extractall(tmp_path / "source", filter="data")
     (source,) = (tmp_path / "source").iterdir()

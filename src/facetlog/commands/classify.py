@@ -1,16 +1,17 @@
-"""`facetlog classify`: many scenes or raw shapes into a table of verdicts."""
+"""`facetlog classify`: classify many scenes or raw shapes into a table of verdicts."""
 
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.scene.shape import OverrideFile
-from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
+from facetlog.commands.shape_options import StatedOptions
+from facetlog.commands.shared import NO, YES, AsJson, JudgingOptions, command
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.terminal import note, one_line, printable, warn
@@ -25,20 +26,91 @@ if TYPE_CHECKING:
 
 __all__ = ["classify_command"]
 
-AUTO, NONE = "auto", "none"
-
 ERRORS_NAMED = 5
 WITH_ERRORS = ("more scene has an error", "more scenes have errors")
 """Scenes with errors that are named on stderr; the table has them all."""
 
 
+@dataclass(frozen=True, slots=True)
+class _RunOptions:
+    """How the work is done, and what happens to an earlier table."""
+
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", help="Worker processes (default: one per core)."),
+    ] = None
+    memory: Annotated[
+        int | None,
+        typer.Option(
+            "--memory",
+            metavar="MB",
+            help="Memory limit per worker (default: its share of the available memory).",
+        ),
+    ] = None
+    timeout: Annotated[
+        float,
+        typer.Option(
+            "--timeout",
+            metavar="SECONDS",
+            help="CPU time limit per scene; the wall-clock limit is five times that.",
+        ),
+    ] = 60.0
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Continue a run that was stopped.")] = (
+        False
+    )
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the table and start over.")
+    ] = False
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Report the time by stage and by model.")
+    ] = False
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with 1 if a scene had an error.")
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class _LabelOptions:
+    """The true labels of the scenes, by which answers are counted."""
+
+    labels: Annotated[
+        Path | None,
+        typer.Option("--labels", metavar="CSV", help="True classes, for a confusion matrix."),
+    ] = None
+    classes: Annotated[
+        str | None,
+        typer.Option("--classes", metavar="A,B,...", help="Models that can be the answer."),
+    ] = None
+    count_as: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--count-as",
+            metavar="LABEL=CLASS",
+            help="Count a label as a class: 'desk=' leaves it out, 'cabinet=none|box' leaves it "
+            "out if the answer is box.",
+        ),
+    ] = None
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="HTML", help="Write a report with pictures of mistakes."),
+    ] = None
+
+
 @command
 def classify_command(
+    judging: JudgingOptions,
+    run: _RunOptions,
+    known: _LabelOptions,
+    stated: StatedOptions,
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[SCENE]...",
-            help="Scenes or raw shapes: files, folders with all that is in them, or globs.",
+            help="Scenes or raw shapes: files, folders (with all their files), or glob patterns.",
             show_default=False,
         ),
     ] = None,
@@ -51,107 +123,22 @@ def classify_command(
         typer.Option(
             "--from",
             metavar="LIST",
-            help="File of paths, one a line or by NULs; # is a comment; - is stdin.",
+            help="File of paths, one per line or separated by NUL; # begins a comment; - is stdin.",
         ),
-    ] = None,
-    models: Models = None,
-    trust: Trust = False,
-    crisp: Annotated[
-        bool, typer.Option("--crisp", help="Take every measured value as exact.")
-    ] = False,
-    raw: Raw = False,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", metavar="N", help="Worker processes; else one a core."),
-    ] = None,
-    memory: Annotated[
-        int | None,
-        typer.Option(
-            "--memory",
-            metavar="MB",
-            help="What a worker may take; else its share of what there is.",
-        ),
-    ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
-    ] = None,
-    up: Annotated[
-        str | None,
-        typer.Option(
-            "--up",
-            metavar="AXIS",
-            help="Of raw shapes: x y z -x -y -z, auto or none.",
-            show_default=AUTO,
-        ),
-    ] = None,
-    unit: Annotated[
-        str | None,
-        typer.Option(
-            "--unit",
-            metavar="U",
-            help="Of raw shapes: m cm mm in ft or none.",
-            show_default=NONE,
-        ),
-    ] = None,
-    sensor: Annotated[
-        str,
-        typer.Option(
-            "--sensor", metavar="X,Y,Z", help="Of clouds: from where the points were seen, or none."
-        ),
-    ] = NONE,
-    override_file: OverrideFile = False,
-    timeout: Annotated[
-        float,
-        typer.Option(
-            "--timeout", metavar="SECONDS", help="Of processor time a scene; by the clock 5 times."
-        ),
-    ] = 60.0,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a run that was stopped.")
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the table, and start over.")
-    ] = False,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit code 1 if a scene had an error.")
-    ] = False,
-    labels: Annotated[
-        Path | None,
-        typer.Option("--labels", metavar="CSV", help="What is there: for a confusion matrix."),
-    ] = None,
-    classes: Annotated[
-        str | None,
-        typer.Option("--classes", metavar="A,B,...", help="Models that can be the answer."),
-    ] = None,
-    count_as: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--count-as",
-            metavar="LABEL=CLASS",
-            help="How a label counts; 'desk=' not at all; 'cabinet=none|box' not if answered box.",
-        ),
-    ] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option("--report", metavar="HTML", help="Report with pictures of all mistakes."),
     ] = None,
     html: Annotated[
         Path | None,
         typer.Option(
-            "--html", metavar="DIR", help="Also a page for each scene, to look at, in a new folder."
+            "--html", metavar="DIR", help="Also write a page for each scene, in a new folder."
         ),
     ] = None,
     changed_since: Annotated[
         Path | None,
         typer.Option("--changed-since", metavar="TABLE", help="Compare with older results."),
     ] = None,
-    profile: Annotated[
-        bool, typer.Option("--profile", help="Say where the time went, by stage and model.")
-    ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Classifies many scenes; a bad one becomes a row with its error.
+    """Classify many scenes; a scene that cannot be read becomes a row with its error.
 
     Exit code 0: done, 1: verdicts differ (--changed-since), or a scene had an error (--strict).
     """
@@ -170,33 +157,34 @@ def classify_command(
     from facetlog.output_file import check_distinct
     from facetlog.page.page_path import check_page
 
-    if report is not None and labels is None:
+    report, models = known.report, judging.paths
+    if report is not None and known.labels is None:
         raise InputError("--report shows what went wrong: give --labels as well")
-    if labels is None and (classes or count_as):
+    if known.labels is None and (known.classes or known.count_as):
         raise InputError("--classes and --count-as say what is right: give --labels as well")
-    if profile and dask is not None:
+    if run.profile and run.dask is not None:
         raise InputError("--profile is of workers of this machine: leave out --dask")
     comparison = None if changed_since is None else Comparison(older_rows(changed_since))
     old = {} if comparison is None else comparison.old
     settings = Settings(
-        _models(models or ()),
-        trust,
-        crisp or were_crisp(old),
-        (up or AUTO).lower(),
-        (unit or NONE).lower(),
-        timeout,
-        memory,
-        profile,
-        raw,
-        sensor.replace(" ", ""),
-        override_file,
+        _resolve_models(models),
+        judging.trust,
+        judging.crisp or were_crisp(old),
+        stated.up_word,
+        stated.unit_word,
+        run.timeout,
+        run.memory,
+        run.profile,
+        judging.raw,
+        stated.sensor_word,
+        stated.override_file,
     )
-    known = {} if labels is None else read_labels(labels)
-    items = _items(_paths(scenes or (), listed or (), known, old), known)
-    items = read_as_then(items, old, up=up is not None, unit=unit is not None)
+    labels = {} if known.labels is None else read_labels(known.labels)
+    items = _make_items(_list_paths(scenes or (), listed or (), labels, old), labels)
+    items = read_as_then(items, old, up=stated.up is not None, unit=stated.unit is not None)
     check_alike(items, settings, old)
-    plan = Plan(items, settings, out, resume, overwrite, old)
-    given = (*(models or ()), labels, changed_since, *map(Path, listed or ()))
+    plan = Plan(items, settings, out, run.resume, run.overwrite, old)
+    given = (*models, known.labels, changed_since, *map(Path, listed or ()))
     read = [*(path for path in given if path is not None), *(Path(item.place) for item in items)]
     check_distinct((("-o", out), ("--report", report), ("--html", html)))
     check_output(plan, read)
@@ -209,11 +197,11 @@ def classify_command(
 
         check_pages(html, len(items), read, (out, report))
     outcome = Outcome(comparison=comparison)
-    with _workers(settings, workers, dask, len(items)) as crew:
+    with _open_workers(settings, run, len(items)) as crew:
         check_model_names(crew.models)
-        if labels is not None:
-            outcome.confusion = _confusion(items, known, crew.models, classes or "", count_as or ())
-        with _classified(plan, crew) as done:
+        if known.labels is not None:
+            outcome.confusion = _make_confusion(items, labels, crew.models, known)
+        with _run_plan(plan, crew) as done:
             outcome.kept, outcome.seconds = done.kept, done.seconds
             _write_table(done, plan, outcome, as_json=as_json)
             if report is not None and outcome.confusion is not None:
@@ -221,28 +209,28 @@ def classify_command(
                     write_report(report, outcome, outcome.confusion, done, crew, show)
             if html is not None:
                 _write_pages(html, done, crew)
-        if profile:
+        if run.profile:
             outcome.profile = crew.profile
-    _tell(outcome, as_json=as_json and out is not None)
+    _print_outcome(outcome, as_json=as_json and out is not None)
     differ = comparison is not None and bool(comparison.changes)
-    return NO if differ or (strict and outcome.errors) else YES
+    return NO if differ or (run.strict and outcome.errors) else YES
 
 
-def _models(paths: Sequence[Path]) -> tuple[str, ...]:
-    """The models' files as workers find them, wherever they run."""
+def _resolve_models(paths: Sequence[Path]) -> tuple[str, ...]:
+    """Return the absolute paths of the models, as workers find them wherever they run."""
     for path in paths:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
     return tuple(str(path.resolve()) for path in paths)
 
 
-def _paths(
+def _list_paths(
     scenes: Sequence[str],
     listed: Sequence[str],
     labels: Mapping[str, "Label"],
     old: Mapping[str, "Row"],
 ) -> tuple[str, ...]:
-    """The scenes that are given; if none are, those with a label, or those of the older table."""
+    """Return the given scenes; if none are, those with a label, or those of the older table."""
     from facetlog.batch.inputs import paths_listed, scene_paths
 
     named = [path for source in listed for path in paths_listed(source)]
@@ -251,7 +239,7 @@ def _paths(
     return scene_paths(scenes, named)
 
 
-def _items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item", ...]:
+def _make_items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item", ...]:
     from facetlog.batch.settings import Item
 
     if not labels:
@@ -264,28 +252,26 @@ def _items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item",
 
 
 @contextmanager
-def _workers(
-    settings: "Settings", count: int | None, dask: str | None, scenes: int
-) -> Iterator["Workers"]:
-    """Processes here, or the cluster at an address."""
+def _open_workers(settings: "Settings", run: _RunOptions, scenes: int) -> Iterator["Workers"]:
+    """Start processes on this machine, or connect to the cluster at an address."""
     from facetlog.batch.pool import Pool
 
-    if dask is not None:
-        if count is not None:
+    if run.dask is not None:
+        if run.workers is not None:
             raise InputError("--workers is of this machine, --dask of a cluster: give one of them")
         from facetlog.batch.dask_cluster import cluster
 
-        with cluster(dask, settings) as crew:
+        with cluster(run.dask, settings) as crew:
             yield crew
         return
     cores = len(os.sched_getaffinity(0))
-    with Pool(settings, min(cores if count is None else count, scenes)) as pool:
+    with Pool(settings, min(cores if run.workers is None else run.workers, scenes)) as pool:
         yield pool
 
 
 @contextmanager
-def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
-    """The finished run, shown while it runs; what is there is reported if it is stopped."""
+def _run_plan(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
+    """Classify with a progress display; report how far it came if it is stopped."""
     from facetlog.batch.display import showing_rate
     from facetlog.batch.run import classified
 
@@ -307,14 +293,13 @@ def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
         yield finished
 
 
-def _confusion(
+def _make_confusion(
     items: Sequence["Item"],
     labels: Mapping[str, "Label"],
     models: Sequence[str],
-    classes: str,
-    count_as: Sequence[str],
+    known: _LabelOptions,
 ) -> "Confusion":
-    """The matrix to fill; raises InputError for classes that no model is."""
+    """Return the matrix to fill; raise InputError for classes that no model is."""
     from facetlog.batch.confusion import Confusion
     from facetlog.batch.labels import classes_labelled, classes_named, truths, unknown_labels
 
@@ -323,8 +308,8 @@ def _confusion(
         for item in items
         if (label := labels.get(os.path.realpath(item.path))) is not None
     }
-    asked = classes_named(classes, models)
-    counted_as = truths(count_as, asked or models)
+    asked = classes_named(known.classes or "", models)
+    counted_as = truths(known.count_as or (), asked or models)
     occurring = {label.label for label in labels.values()}
     for name in counted_as.keys() - occurring:
         warn(f"--count-as {name}: no label is called so")
@@ -337,7 +322,7 @@ def _confusion(
 
 
 def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json: bool) -> None:
-    """Writes the rows to their file, or prints them on stdout where nothing else is printed."""
+    """Write the rows to their file, or print them where nothing else is printed."""
     from facetlog.batch.output import plain_row, write_rows
 
     rows = outcome.noting(done.rows())
@@ -350,11 +335,11 @@ def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json:
         if as_json and not silent:
             typer.echo(json.dumps(plain_row(row)))
         elif not silent:
-            typer.echo(_row_text(row))
+            typer.echo(_format_row(row))
 
 
 def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
-    """Writes the pages, and says which scenes have none though they have a row."""
+    """Write the pages, and warn of scenes that have none though they have a row."""
     from facetlog.batch.display import showing_rate
     from facetlog.batch.pages.scene_pages import INDEX, write_pages
 
@@ -368,7 +353,7 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
     note(f"pages of all scenes are listed in {folder / INDEX}")
 
 
-def _row_text(row: "Row") -> str:
+def _format_row(row: "Row") -> str:
     from facetlog.batch.rows import sureness
 
     if row["error"] is not None:
@@ -378,8 +363,8 @@ def _row_text(row: "Row") -> str:
     return one_line(f"{row['path']}: {row['model']} ({sureness(row):.0%})")
 
 
-def _tell(outcome: "Outcome", *, as_json: bool) -> None:
-    """Counts on stdout, errors on stderr."""
+def _print_outcome(outcome: "Outcome", *, as_json: bool) -> None:
+    """Print counts on stdout, and errors on stderr."""
     _warn_of(outcome.errors, *WITH_ERRORS)
     _warn_of(outcome.warnings, "more warning of a scene", "more warnings of scenes")
     note(outcome.summary)

@@ -1,40 +1,164 @@
-"""`facetlog doctor`: what is there of what facetlog needs, and the way to what is missing."""
+"""`facetlog doctor`: tell which of the things that facetlog needs are installed."""
 
+import importlib.metadata
 import json
-from typing import TYPE_CHECKING
+import os
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from pathlib import Path
 
 import typer
 
+from facetlog import __version__
 from facetlog.commands.shared import YES, AsJson, command
-from facetlog.errors import EngineError
-
-if TYPE_CHECKING:
-    from facetlog.doctor import Finding
+from facetlog.errors import EngineError, FacetlogError
+from facetlog.terminal import printable
 
 __all__ = ["doctor_command"]
 
 SCHEMA = "facetlog-doctor/1"
 
+_NAME = re.compile(r"[A-Za-z0-9_.-]+")
+_EXTRA = re.compile(r"""extra\s*==\s*['"]([^'"]+)['"]""")
+FOR_DEVELOPERS = ("dev", "docs")
+
+
+class Standing(StrEnum):
+    """Whether something is there, absent but not needed by everybody, or missing."""
+
+    GOOD = "ok"
+    ABSENT = "not there"
+    MISSING = "MISSING"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at, with its version or the way out."""
+
+    name: str
+    standing: Standing
+    detail: str
+
 
 @command
 def doctor_command(as_json: AsJson = False) -> int:
-    """Says what facetlog needs, and what of it is there.
+    """Check whether everything that facetlog needs is installed.
 
-    Exit code 0: all that recognition needs, 3: something of it is missing.
+    Exit code 0: all that recognition needs is there, 3: something is missing.
     """
-    from facetlog.doctor import Standing, findings
-    from facetlog.terminal import printable
-
-    found = tuple(findings())
+    found = tuple(_find_all())
     if as_json:
-        typer.echo(json.dumps({"schema": SCHEMA, "findings": [each.to_json() for each in found]}))
+        typer.echo(json.dumps({"schema": SCHEMA, "findings": list(map(asdict, found))}))
     else:
-        typer.echo("\n".join(map(printable, _lines(found))))
+        wide = max(len(each.name) for each in found)
+        standing = max(len(each.standing) for each in found)
+        for each in found:
+            line = f"{each.name:<{wide}}  {each.standing:<{standing}}  {each.detail}"
+            typer.echo(printable(line))
     missing = any(each.standing is Standing.MISSING for each in found)
     return EngineError.exit_code if missing else YES
 
 
-def _lines(found: "tuple[Finding, ...]") -> list[str]:
-    wide = max(len(each.name) for each in found)
-    standing = max(len(each.standing) for each in found)
-    return [f"{each.name:<{wide}}  {each.standing:<{standing}}  {each.detail}" for each in found]
+def _find_all() -> Iterator[Finding]:
+    version = ".".join(map(str, sys.version_info[:3]))
+    yield Finding("facetlog", Standing.GOOD, f"{__version__}, Python {version}")
+    yield _check_prolog()
+    if not _list_requirements():
+        yield Finding("packages", Standing.ABSENT, "facetlog is not installed: pip install -e .")
+    for name in _list_needed():
+        version_found = _find_version(name)
+        if version_found is None:
+            yield Finding(name, Standing.MISSING, f"pip install {name}")
+        else:
+            yield Finding(name, Standing.GOOD, version_found)
+    for extra, names in _list_extras().items():
+        yield _check_extra(extra, names)
+    yield _check_cache()
+    yield _check_machine()
+
+
+def _check_prolog() -> Finding:
+    """Try to open a knowledge base, which takes SWI-Prolog and what calls it."""
+    try:
+        from facetlog.kb.engine.engine import start
+        from facetlog.kb.recognize import open_knowledge_base
+
+        with open_knowledge_base() as base:
+            models = len(base.models)
+        version = ".".join(map(str, start().version))
+    except FacetlogError as exc:
+        return Finding("SWI-Prolog", Standing.MISSING, str(exc))
+    except Exception as exc:  # of a package that is broken: the next lines say which
+        return Finding("SWI-Prolog", Standing.MISSING, f"cannot be tried: {exc}")
+    return Finding("SWI-Prolog", Standing.GOOD, f"{version}, {models} built-in models load")
+
+
+def _list_requirements() -> list[str]:
+    """Return the requirements in facetlog's metadata; none where it runs from a checkout alone."""
+    try:
+        return importlib.metadata.requires("facetlog") or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
+
+
+def _list_needed() -> tuple[str, ...]:
+    """Return the packages that facetlog cannot do without."""
+    return tuple(_parse_name(line) for line in _list_requirements() if _EXTRA.search(line) is None)
+
+
+def _list_extras() -> dict[str, tuple[str, ...]]:
+    """Return the packages of each extra but those for developers."""
+    found: dict[str, tuple[str, ...]] = {}
+    for line in _list_requirements():
+        extra = _EXTRA.search(line)
+        # [all] is of the other extras, each of which is listed.
+        of_others = _parse_name(line) == "facetlog"
+        if extra is not None and extra[1] not in FOR_DEVELOPERS and not of_others:
+            found[extra[1]] = (*found.get(extra[1], ()), _parse_name(line))
+    return found
+
+
+def _parse_name(requirement: str) -> str:
+    match = _NAME.match(requirement)
+    return match[0] if match else requirement
+
+
+def _find_version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _check_extra(extra: str, names: tuple[str, ...]) -> Finding:
+    there = {name: _find_version(name) for name in names}
+    if None in there.values():
+        return Finding(f"[{extra}]", Standing.ABSENT, f"pip install 'facetlog[{extra}]'")
+    known = ", ".join(f"{name} {version}" for name, version in there.items())
+    return Finding(f"[{extra}]", Standing.GOOD, known)
+
+
+def _check_cache() -> Finding:
+    """Look for the folder of compiled scenes; without one they are loaded anew each time."""
+    from facetlog.kb.loading.scene_cache import SceneCache, default_folder
+
+    folder = SceneCache().folder
+    if folder is None:
+        reason = f"off by FACETLOG_CACHE, or {default_folder()} cannot be used"
+        return Finding("cache", Standing.ABSENT, reason)
+    return Finding("cache", Standing.GOOD, f"{folder}, {_format_size(folder)}")
+
+
+def _format_size(folder: Path) -> str:
+    files = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+    return f"{len(files)} files, {sum(files) / 1e6:.1f} MB"
+
+
+def _check_machine() -> Finding:
+    from facetlog.batch.memory import memory_mb
+
+    cores = len(os.sched_getaffinity(0))
+    return Finding("machine", Standing.GOOD, f"{cores} cores, {memory_mb() / 1024:.1f} GB")

@@ -1,27 +1,17 @@
-"""`facetlog why` and `facetlog why-not`: reasons in one shot."""
+"""`facetlog why` and `facetlog why-not`: the reasons for one verdict."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.page_file import Html, write_page
-from facetlog.commands.scene.shape import (
-    AUTO,
-    NONE,
-    OverrideFile,
-    Sensor,
-    Unit,
-    Up,
-    as_given,
-    options_given,
-)
-from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
+from facetlog.commands.page_options import PageOptions
+from facetlog.commands.shape_options import StatedOptions
+from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, Raw, command
 from facetlog.errors import InputError
-from facetlog.output_file import Overwrite
-from facetlog.page.page_path import check_page
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -30,56 +20,57 @@ if TYPE_CHECKING:
 
 __all__ = ["why_command", "why_not_command"]
 
-SceneArgument = Annotated[
+Scene = Annotated[
     Path, typer.Argument(metavar="SCENE", help="A scene, mesh or cloud, or a folder written by -o.")
-]
-ModelArgument = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model.")]
-SubjectArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="MODEL|NAME",
-        help="A model; or a face, edge, vertex or thing, or a fact as 'angle(f1, f2)'.",
-    ),
 ]
 Parts = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[PART=FACE]...", help="Parts that are given, as top=f1."),
-]
-Thing = Annotated[
-    str | None, typer.Option("--thing", metavar="T", help="Only this thing of the scene.")
+    typer.Argument(metavar="[PART=FACE]...", help="Faces that are given for parts, as top=f1."),
 ]
 
-_STATED_BY = {
+_WAYS_TO_STATE = {
     "up": "--up z (or another axis) says which way is up",
     "scale": "--unit m (or cm, mm, in, ft) says of which unit lengths are",
 }
-"""How to state what conditions lack, by what the rules call it."""
+"""Options that state what conditions lack, by the names that rules use."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """The options of both commands."""
+
+    thing: Annotated[
+        str | None, typer.Option("--thing", metavar="T", help="Only this thing of the scene.")
+    ] = None
+    as_json: AsJson = False
 
 
 @command
 def why_command(
-    scene: SceneArgument,
-    model: SubjectArgument,
+    scene: Scene,
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL|NAME",
+            help="A model; or a face, edge, vertex or thing, or a fact as 'angle(f1, f2)'.",
+        ),
+    ],
+    question: _Question,
+    models: ModelOptions,
+    page: PageOptions,
+    stated: StatedOptions,
     parts: Parts = None,
-    thing: Thing = None,
-    models: Models = None,
-    trust: Trust = False,
     raw: Raw = False,
-    as_json: AsJson = False,
     full: Annotated[
         bool,
-        typer.Option("--full", help="The whole proof, and where each face comes from, to pixels."),
+        typer.Option(
+            "--full", help="Show the whole proof, and where each face comes from, down to pixels."
+        ),
     ] = False,
-    html: Html = None,
-    overwrite: Overwrite = False,
-    up: Up = AUTO,
-    unit: Unit = NONE,
-    sensor: Sensor = NONE,
-    override_file: OverrideFile = False,
 ) -> int:
-    """Says why a model holds, or where a face, a piece or a fact comes from.
+    """Explain why a model holds or does not, or where a face, piece or fact comes from.
 
-    Exit code 0: it does, 1: it does not; then what comes nearest.
+    Exit code 0: the model holds, 1: it does not.
     """
     from facetlog.query_shell.explaining import is_origin, origin, unknown_subject, why
     from facetlog.query_shell.scene_names import scene_names
@@ -92,37 +83,27 @@ def why_command(
             return origin(session, name, about.model, full=full)
         raise unknown_subject(session.base.models, names, about.model)
 
-    return _explained(
-        *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor, override_file),
-        overwrite=overwrite,
-        trust=trust,
-        raw=raw,
-        as_json=as_json,
-    )
+    return _explain((scene, model, parts or []), question, models, page, stated, explain, raw=raw)
 
 
 @command
 def why_not_command(
-    scene: SceneArgument,
-    model: ModelArgument,
+    scene: Scene,
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model.")],
+    question: _Question,
+    models: ModelOptions,
+    page: PageOptions,
+    stated: StatedOptions,
     parts: Parts = None,
-    thing: Thing = None,
-    models: Models = None,
-    trust: Trust = False,
-    as_json: AsJson = False,
     count: Annotated[
-        int, typer.Option("--count", metavar="N", help="How many near misses at most.")
+        int, typer.Option("--count", metavar="N", help="Largest number of near misses.")
     ] = 5,
-    full: Annotated[bool, typer.Option("--full", help="The whole proof of each.")] = False,
-    html: Html = None,
-    overwrite: Overwrite = False,
-    up: Up = AUTO,
-    unit: Unit = NONE,
-    sensor: Sensor = NONE,
-    override_file: OverrideFile = False,
+    full: Annotated[bool, typer.Option("--full", help="Show the whole proof of each.")] = False,
 ) -> int:
-    """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
+    """Show what comes nearest to a model without being one, and by how much it misses.
+
+    Exit code 1: nothing comes near.
+    """
     from facetlog.query_shell.explaining import unknown_subject, why_not
 
     if count < 1:
@@ -133,51 +114,40 @@ def why_not_command(
             raise unknown_subject(session.base.models, {}, about.model)
         return why_not(session, name, about, count=count, full=full)
 
-    return _explained(
-        *(explain, scene, model, parts, thing, models, html),
-        stated=(up, unit, sensor, override_file),
-        overwrite=overwrite,
-        trust=trust,
-        as_json=as_json,
-    )
+    return _explain((scene, model, parts or []), question, models, page, stated, explain)
 
 
-def _explained(
+def _explain(
+    asked: tuple[Path, str, list[str]],
+    question: _Question,
+    models: ModelOptions,
+    page: PageOptions,
+    stated: StatedOptions,
     explain: "Callable[[Session, str, About], Explanation]",
-    scene: Path,
-    model: str,
-    parts: list[str] | None,
-    thing: str | None,
-    models: list[Path] | None,
-    html: Path | None,
     *,
-    stated: tuple[str, str, str, bool],
-    overwrite: bool,
-    trust: bool,
     raw: bool = False,
-    as_json: bool,
 ) -> int:
     from facetlog.query_shell.explaining import About, parts_given
     from facetlog.query_shell.session import Session
 
-    about = About(model, thing, parts_given(parts or ()))
-    if html is not None:
-        check_page(html, "--html", (scene, *(models or ())), overwrite=overwrite)
-    with Session(trust=trust, raw=raw, options=options_given(*stated)) as session:
-        session.load_models(models or ())
+    scene, model, parts = asked
+    about = About(model, question.thing, parts_given(parts))
+    page.check((scene, *models.paths))
+    with Session(trust=models.trust, raw=raw, options=stated.find_given()) as session:
+        session.load_models(models.paths)
         (file,) = session.load_scenes([scene])
         explanation = explain(session, file.name, about)
-        if html is not None and explanation.verdicts:
-            write_page(html, file, verdicts=explanation.verdicts)
-        elif html is not None:
-            note(f"no verdict is about this: {html} was not written")
-    typer.echo(explanation.json if as_json else "\n".join(explanation.lines))
-    if not as_json:
+        if explanation.verdicts:
+            page.write(file, verdicts=explanation.verdicts)
+        elif page.html is not None:
+            note(f"no verdict is about this: {page.html} was not written")
+    typer.echo(explanation.json if question.as_json else "\n".join(explanation.lines))
+    if not question.as_json:
         lacking = {what for verdict in explanation.verdicts for what in verdict.lacking}
-        for what in sorted(lacking & _STATED_BY.keys()):
-            note(_STATED_BY[what])
-    if explanation.hint and not as_json:
-        note(f"facetlog why-not {as_given(*stated)}{quote(str(scene))} {explanation.hint}")
-    if explanation.cut and not as_json:
-        note("--full shows all of it")
+        for what in sorted(lacking & _WAYS_TO_STATE.keys()):
+            note(_WAYS_TO_STATE[what])
+        if explanation.hint:
+            note(f"facetlog why-not {stated.to_words()}{quote(str(scene))} {explanation.hint}")
+        if explanation.cut:
+            note("--full shows all of it")
     return YES if explanation.yes else NO

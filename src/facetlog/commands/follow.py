@@ -1,4 +1,4 @@
-"""`facetlog recognize --follow`: a line for each view as it comes, and all of it at the end."""
+"""`facetlog recognize --follow`: a line for each view as it arrives, and the result at the end."""
 
 import json
 import shutil
@@ -9,34 +9,40 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from facetlog.__main__ import INTERRUPTED
-from facetlog.commands.shared import NO, YES
+from facetlog.commands.shared import NO, YES, JudgingOptions
 from facetlog.counted import many
 from facetlog.degree_plot import Degrees, check_plots, degrees_of
 from facetlog.errors import InputError
 from facetlog.kb.explaining.verdict_text import holding_text
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
-from facetlog.pipeline import Recognised, check_up, open_models, with_stated_up
+from facetlog.pipeline import Recognised, check_up, with_stated_up
 from facetlog.query_shell.words import nearest
 from facetlog.report import verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps
 from facetlog.terminal import note, one_line, show_times, warn
 
-__all__ = ["SCHEMA", "followed", "step_json", "step_line"]
+if TYPE_CHECKING:
+    from facetlog.commands.recognize import FollowOptions, OutputOptions
+
+__all__ = ["follow_views", "step_json"]
+
 
 SCHEMA = "facetlog-stream/1"
 DIGITS = 4
-"""Of standard deviations and degrees in the lines after each view."""
-# Open verdicts that a line has room for.
-SHOWN = 2
+"""Digits of standard deviations and degrees in the lines after each view."""
+SHOWN = 2  # open verdicts that a line has room for
+# How long a followed folder may stay as it is, s: a robot drives to its next place in less.
+FOLLOW_TIMEOUT_S = 30.0
 
 
 def step_line(step: StreamStep) -> str:
-    """What is known after a view, on one line."""
+    """Format what is known after a view, on one line."""
     if step.recognition is None:
         return f"{step.used:>4}  {one_line(step.view)}: {step.problem or 'nothing is known yet'}"
     best = [f"{v.thing} is a {v.model} ({v.degree:.0%})" for v in step.recognition.best]
@@ -54,13 +60,13 @@ def step_line(step: StreamStep) -> str:
 
 
 def step_json(step: StreamStep, *, full: bool = False) -> str:
-    """The same as one line of JSON; of the last step all verdicts, `full` with whole proofs."""
+    """Format a step as a line of JSON, the last one with all verdicts (`full`: whole proofs)."""
     found = step.recognition
     document: dict[str, object] = {
         "schema": SCHEMA,
         "view": step.view or None,
         "used": step.used,
-        "largest_sd": _rounded(step.largest_sd),
+        "largest_sd": _round_number(step.largest_sd),
         "problem": step.problem or None,
     }
     if step.ended:
@@ -69,21 +75,21 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
     elif found is not None:
         document["verdicts"] = [
             {"thing": v.thing, "model": v.model, "state": v.state.value,
-             "degree": _rounded(v.degree), "degree_at_most": _rounded(v.degree_at_most),
+             "degree": _round_number(v.degree), "degree_at_most": _round_number(v.degree_at_most),
              "summary": v.summary}
             for v in found.verdicts
         ]  # fmt: skip
     return json.dumps(document)
 
 
-def _rounded(number: float | None) -> float | None:
-    """A number with the digits that mean something of what is known by then."""
+def _round_number(number: float | None) -> float | None:
+    """Round a number to the digits that mean something."""
     return None if number is None else float(f"{number:.{DIGITS}g}")
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """What is known is to be said and written: a second Ctrl-C comes too late."""
+def _ignore_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C while what is known is reported and written."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
@@ -92,7 +98,7 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _check_goal(stop: Stop, models: Iterable[str]) -> None:
-    """InputError if the goal is a model that there is not: it would never be reached."""
+    """Raise InputError if there is no such model, for the goal would never be reached."""
     if stop.until is None or stop.until.model in (known := tuple(models)):
         return
     meant = nearest(stop.until.model, known)
@@ -100,47 +106,43 @@ def _check_goal(stop: Stop, models: Iterable[str]) -> None:
     raise InputError(f"--until: there is no model {stop.until.model!r}; {guess}")
 
 
-def _fitting(line: str) -> str:
-    """As much of a line as the terminal's has room for: a view takes one."""
+def _cut_line(line: str) -> str:
+    """Cut a line to the width of the terminal."""
     width = shutil.get_terminal_size().columns
     fits = len(line) < width or not sys.stdout.isatty()
     return line if fits else f"{line[: width - 2]}…"
 
 
-def followed(
+def follow_views(
     path: Path,
+    judging: JudgingOptions,
+    output: "OutputOptions",
+    following: "FollowOptions",
+    stop: Stop,
     *,
     unit: str | None,
     up: str | None,
-    timeout: float,
-    models: tuple[Path, ...],
-    trusted: bool,
-    crisp: bool,
-    raw: bool,
-    stop: Stop,
-    polish: bool,
-    out: Path | None,
-    as_json: bool,
-    full: bool,
 ) -> int:
-    """Recognises what a folder shows that is being filled; the exit code.
+    """Recognize what a folder shows while it is being filled; return the exit code.
 
-    Ctrl-C ends it as a stop does, without a polish: what is known so far is said and written.
+    Ctrl-C ends it as a stop does, without a polish: what is known so far is reported and written.
     """
     from facetlog.perception.online.online_scene import OnlineScene
     from facetlog.perception.reading.follow_views import FollowedViews
     from facetlog.perception.reading.read_views import ViewSet
 
+    out, as_json, full = output.out, output.as_json, output.full
+    timeout = FOLLOW_TIMEOUT_S if following.timeout is None else following.timeout
     if out is not None:
-        check_replaceable(out, inputs=(path, *models))
+        check_replaceable(out, inputs=(path, *judging.paths))
         check_plots()
     check_up(up)
     clock = StepClock()
-    source = FollowedViews(path, unit=unit, trusted=trusted, timeout=timeout)
+    source = FollowedViews(path, unit=unit, trusted=judging.trust, timeout=timeout)
     last: StreamStep | None = None
     degrees: list[Degrees] = []
     interrupted = False
-    with open_models(models, trusted=trusted, crisp=crisp, raw=raw) as base:
+    with judging.open_base() as base:
         _check_goal(stop, base.models)
         views = iter(source)
         try:
@@ -163,10 +165,10 @@ def followed(
         )
         shown = chain([first], views)
         try:
-            for last in steps(online, shown, base=base, stop=stop, polish=polish):
+            for last in steps(online, shown, base=base, stop=stop, polish=not following.no_polish):
                 degrees.append(degrees_of(last))
                 if not last.ended:
-                    typer.echo(step_json(last) if as_json else _fitting(step_line(last)))
+                    typer.echo(step_json(last) if as_json else _cut_line(step_line(last)))
         except KeyboardInterrupt:
             interrupted = True
     for line in source.problems:
@@ -174,7 +176,7 @@ def followed(
     if last is None:
         note("interrupted before anything was known")
         return INTERRUPTED
-    with _uninterrupted() if interrupted else nullcontext():
+    with _ignore_interrupts() if interrupted else nullcontext():
         if interrupted:
             online.finish(polish=False)
             last = replace(last, view="", scene=online.scene, problem="", ended="interrupted")

@@ -1,4 +1,4 @@
-"""`facetlog map`: the map of a room from one or several collections."""
+"""`facetlog map`: map a room from one or several collections."""
 
 import math
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.commands.shared import NO, YES, AsJson, ModelOptions, command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.terminal import showing_progress, warn
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from facetlog.mapping.room_map import RoomMap
     from facetlog.mapping.same_thing import MappedThing
 
-__all__ = ["map_command", "map_lines"]
+__all__ = ["map_command"]
 
 # The side of a cell, metres, as in floor_grid.py, which is loaded with the command.
 DEFAULT_SIDE = 0.05
@@ -25,38 +25,38 @@ DEFAULT_SIDE = 0.05
 def map_command(
     folders: Annotated[
         list[Path],
-        typer.Argument(metavar="DIR…", help="What `facetlog collect` has left, of several visits."),
+        typer.Argument(
+            metavar="DIR…", help="Folders that facetlog collect has written, one per visit."
+        ),
     ],
+    models: ModelOptions,
     out: Annotated[
-        Path | None,
-        typer.Option("-o", "--out", metavar="OUT", help="Folder for the map in all its forms."),
+        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Folder for the map files.")
     ] = None,
     resolution: Annotated[
-        float, typer.Option("--resolution", metavar="M", help="Side of a cell of the floor, m.")
+        float, typer.Option("--resolution", metavar="M", help="Side length of a floor cell (m).")
     ] = DEFAULT_SIDE,
     aligned: Annotated[
         bool,
-        typer.Option("--aligned", help="The robot began each visit at one place and heading."),
+        typer.Option("--aligned", help="The robot began each visit at the same pose."),
     ] = False,
-    models: Models = None,
-    trust: Trust = False,
     as_json: AsJson = False,
 ) -> int:
-    """Maps a room: things with pose and verdict, and the floor. Exit code 1: there is no thing.
+    """Map a room: objects with pose and verdict, and the floor.
 
-    With -o: map.png, map.json, map.glb, and for ROS map.pgm with map.yaml.
+    With -o: map.png, map.json, map.glb, and for ROS map.pgm with map.yaml. Exit code 1: no object
+    was found.
     """
     from facetlog.mapping.map_files import write_map
     from facetlog.mapping.map_record import map_json
     from facetlog.mapping.room_map import map_of
     from facetlog.output_folder import output_folder
-    from facetlog.pipeline import open_models
 
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise InputError(f"--resolution {resolution}: give the side of a cell in metres, above 0")
     if out is not None:
-        check_replaceable(out, inputs=(*folders, *(models or ())))
-    with open_models(tuple(models or ()), trusted=trust) as base, showing_progress() as progress:
+        check_replaceable(out, inputs=(*folders, *models.paths))
+    with models.open_base() as base, showing_progress() as progress:
         room = map_of(folders, base, side=resolution, aligned=aligned, progress=progress)
     for note in room.notes:
         warn(note)
@@ -67,13 +67,13 @@ def map_command(
     if as_json:
         typer.echo(map_json(room), nl=False)
     else:
-        for line in map_lines(room):
+        for line in _format_map(room):
             typer.echo(line)
     return YES if room.things else NO
 
 
-def map_lines(room: "RoomMap") -> list[str]:
-    """What is on the map, in words."""
+def _format_map(room: "RoomMap") -> list[str]:
+    """Describe in words what is on the map."""
     from facetlog.counted import many
     from facetlog.mapping.floor_grid import Cell
 
@@ -87,10 +87,10 @@ def map_lines(room: "RoomMap") -> list[str]:
         f"{floor.area(Cell.FREE):.1f} m², occupied {floor.area(Cell.OCCUPIED):.1f} m², "
         f"{by_sonar}not seen {floor.area(Cell.UNSEEN):.1f} m²"
     )
-    return [head, *map(_thing_line, room.things)]
+    return [head, *map(_format_thing, room.things)]
 
 
-def _thing_line(thing: "MappedThing") -> str:
+def _format_thing(thing: "MappedThing") -> str:
     from facetlog.kb.explaining.verdict_text import NO_MODEL
 
     best = thing.best

@@ -1,37 +1,19 @@
-"""`facetlog mount`: where the camera head sits on the robot, by looking at a printed board."""
+"""`facetlog mount`: calibrate the camera head's mount by pictures of a printed board."""
 
 import json
 import math
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.robot_options import (
-    DEFAULT_SPEED,
-    Baud,
-    CameraFile,
-    CameraUrl,
-    Head,
-    HeadPort,
-    HeadUnheard,
-    Latency,
-    Model,
-    Noiseless,
-    RobotAddress,
-    Speed,
-    checked_head,
-    checked_speed,
-    ended_by_signals,
-    optics_of,
-)
+from facetlog.commands.robot_options import RobotAddress, RobotOptions, ended_by_signals
 from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
-from facetlog.commands.shared import NO, YES, AsJson, command
+from facetlog.commands.shared import NO, YES, AsJson, Overwrite, command
 from facetlog.errors import DeviceError, InputError
-from facetlog.output_file import Overwrite, check_output_file
+from facetlog.output_file import check_output_file
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -49,89 +31,67 @@ SCHEMA = "facetlog-mount/1"
 def mount_command(
     robot: RobotAddress,
     board: Annotated[
-        str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the printed board.")
+        str,
+        typer.Option(
+            "--board", metavar="COLUMNSxROWS", help="Number of squares of the printed board."
+        ),
     ],
-    square: Annotated[float, typer.Option("--square", metavar="METRES", help="Side of a square.")],
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="TOML", help="The mount's file.")],
+    square: Annotated[
+        float, typer.Option("--square", metavar="METRES", help="Side length of a square.")
+    ],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="TOML", help="File to write the mount to.")
+    ],
     marker: Annotated[
         float,
-        typer.Option("--marker", metavar="METRES", help="Side of a ChArUco board's markers."),
+        typer.Option(
+            "--marker", metavar="METRES", help="Side length of the markers of a ChArUco board."
+        ),
     ],
+    reach: RobotOptions,
     board_height: Annotated[
         float | None,
         typer.Option(
             "--board-height",
             metavar="METRES",
-            help="Of the board's upper left corner over the floor: determines the mast's height.",
+            help="Height of the board's upper left corner above the floor, for the mast's height.",
         ),
     ] = None,
     prior: Annotated[
         Path | None,
-        typer.Option("--mount", metavar="TOML", help="The mount by tape; else the paper's mast."),
+        typer.Option(
+            "--mount", metavar="TOML", help="Initial mount, by tape (default: the paper's mast)."
+        ),
     ] = None,
-    camera: CameraUrl = None,
-    head: Head = "sony-evi-d30",
-    head_port: HeadPort = "aux1",
-    head_unheard: HeadUnheard = False,
-    camera_file: CameraFile = None,
-    speed: Speed = DEFAULT_SPEED,
-    latency: Latency = None,
-    noiseless: Noiseless = False,
-    model: Model = None,
-    baud: Baud = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> int:
-    """Calibrates where the camera head sits. Exit code 0: all is determined, 1: not all.
+    """Calibrate the position and orientation of the camera head on the robot.
 
-    The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
+    Exit code 0: all values are determined, 1: not all. The robot stands 1 to 2 m before the board,
+    facing it, with half a metre free to both sides.
     """
     from facetlog.perception.atomic_write import write_whole
     from facetlog.robot.mount.fit import fit_mount
     from facetlog.robot.mount.mount import DEFAULT_MOUNT, mount_text, read_mount
 
-    printed = _board(board, square, marker)
-    checked_speed(speed)
-    checked_head(head, head_port, unheard=head_unheard)
-    read = [path for path in (prior, camera_file) if path is not None]
+    printed = _parse_board(board, square, marker)
+    reach.check()
+    read = [path for path in (prior, reach.camera_file) if path is not None]
     check_output_file(out, "-o", read, overwrite=overwrite)
-    told_optics, _ = optics_of(camera_file, None)
     mount = DEFAULT_MOUNT if prior is None else read_mount(prior)
-    sightings, optics = _sightings(
-        _Line(
-            robot, head, head_port, head_unheard, camera, latency, not noiseless, model, baud, speed
-        ),
-        printed,
-        told_optics,
-        mount,
-    )
+    sightings, optics = _take_sightings(robot, reach, printed, mount)
     fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
     remarks = (
         f"by {fit.sightings} pictures of a board; corners fit to {fit.rms_px:.2f} pixels (rms)",
         *(f"not determined by the motions, value from before: {name}" for name in fit.undetermined),
     )
     write_whole(out, mount_text(fit.mount, remarks=remarks).encode())
-    typer.echo(_document(fit) if as_json else _text(fit))
+    typer.echo(_format_json(fit) if as_json else _format_text(fit))
     return NO if fit.undetermined else YES
 
 
-@dataclass(frozen=True, slots=True)
-class _Line:
-    """How robot, head and camera are reached."""
-
-    robot: str
-    head: str
-    head_port: str
-    head_unheard: bool
-    camera: str | None
-    latency: float | None
-    noisy: bool
-    model: str | None
-    baud: int | None
-    speed: float
-
-
-def _board(given: str, square: float, marker: float) -> "Board":
+def _parse_board(given: str, square: float, marker: float) -> "Board":
     from facetlog.robot.mount.board import Board
 
     columns, _, rows = given.lower().partition("x")
@@ -142,10 +102,10 @@ def _board(given: str, square: float, marker: float) -> "Board":
     return Board(int(columns), int(rows), square, marker)
 
 
-def _sightings(
-    line: _Line, board: "Board", optics: "Optics | None", mount: "Mount"
+def _take_sightings(
+    address: str, reach: RobotOptions, board: "Board", mount: "Mount"
 ) -> "tuple[list[Sighting], Optics]":
-    """The board from all sides, and the optics it was seen with."""
+    """Take pictures of the board from all sides; return what they show, and the camera's optics."""
     from facetlog.robot.camera.source import open_camera
     from facetlog.robot.collecting.drive import MobileBase
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
@@ -156,20 +116,19 @@ def _sightings(
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
-    with (
-        ended_by_signals(),
-        wording_errors(MOUNT_AGAIN),
-        ExitStack() as stack,
-    ):
+    optics, _ = reach.read_optics()
+    with ended_by_signals(), wording_errors(MOUNT_AGAIN), ExitStack() as stack:
         robot = stack.enter_context(
             Pioneer.connect(
-                line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
+                address, model=reach.model, limits=Limits(speed=reach.speed), baud=reach.baud
             )
         )
-        seen = camera_and_optics(robot, line.robot, line.camera, optics, note)
+        seen = camera_and_optics(robot, address, reach.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
-        head = open_robot_head(stack, robot, line.head, line.head_port, unheard=line.head_unheard)
-        camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
+        head = open_robot_head(
+            stack, robot, reach.head, reach.head_port, unheard=reach.head_unheard
+        )
+        camera = open_camera(seen.camera, latency=reach.latency, noisy=not reach.noiseless)
         stack.callback(camera.close)
         robot.enable_motors()
         base = MobileBase(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
@@ -181,8 +140,8 @@ def _sightings(
             raise with_line(exc, robot.problems, time.monotonic()) from exc
 
 
-def _rows(fit: "MountFit") -> dict[str, dict[str, object]]:
-    """Each number with its deviation, in metres or degrees, and whether it was determined."""
+def _list_values(fit: "MountFit") -> dict[str, dict[str, object]]:
+    """Return each value with its deviation, in metres or degrees, and whether it is determined."""
     from facetlog.robot.mount.mount import ANGLES, PARAMETERS
 
     rows: dict[str, dict[str, object]] = {}
@@ -196,14 +155,14 @@ def _rows(fit: "MountFit") -> dict[str, dict[str, object]]:
     return rows
 
 
-def _document(fit: "MountFit") -> str:
+def _format_json(fit: "MountFit") -> str:
     head = {"schema": SCHEMA, "pictures": fit.sightings, "rms_px": fit.rms_px}
-    return json.dumps({**head, "mount": _rows(fit)}, indent=1)
+    return json.dumps({**head, "mount": _list_values(fit)}, indent=1)
 
 
-def _text(fit: "MountFit") -> str:
+def _format_text(fit: "MountFit") -> str:
     lines = [f"{fit.sightings} pictures, corners fit to {fit.rms_px:.2f} pixels (rms)"]
-    for name, row in _rows(fit).items():
+    for name, row in _list_values(fit).items():
         unit = "°" if name.endswith("_deg") else " m"
         remark = "" if row["determined"] else "  not determined: value from before"
         lines.append(

@@ -14,7 +14,7 @@ __all__ = ["paper_page"]
 
 
 def paper_page(out: Path, seed: int) -> int:
-    """Runs the experiment and writes its page into the folder `out`; the exit code."""
+    """Run the experiment and write its page to the folder `out`; return the exit code."""
     from facetlog.kb.explaining.verdict_text import holding_text
     from facetlog.paper.experiment import run_experiment
     from facetlog.paper.page import PAGE_FILE, write_paper_page

@@ -1,21 +1,19 @@
-"""`facetlog query`: goals evaluated in scenes: one given, many, or at a prompt."""
+"""`facetlog query`: evaluate goals in scenes: one, many, or at a prompt."""
 
 import sys
 from typing import Annotated
 
 import typer
 
-from facetlog.commands.page_file import Html, answers_to, write_page
-from facetlog.commands.scene.shape import AUTO, NONE, OverrideFile, Sensor, Unit, Up, options_given
-from facetlog.commands.shared import Models, Trust, command
+from facetlog.commands.page_options import PageOptions, collect_answers
+from facetlog.commands.shape_options import StatedOptions
+from facetlog.commands.shared import ModelOptions, command
 from facetlog.errors import InputError
-from facetlog.output_file import Overwrite
-from facetlog.page.page_path import check_page
 
 __all__ = ["query_command"]
 
 SHOWN = 20
-"""Answers that the prompt shows of each goal, unless --limit says otherwise."""
+"""Number of answers that the prompt shows of each goal, unless --limit says otherwise."""
 
 
 @command
@@ -24,29 +22,24 @@ def query_command(
         list[str],
         typer.Argument(
             metavar="SCENE... [GOAL]",
-            help="Scenes, meshes, clouds, folders written by -o; then a goal as Prolog, in quotes.",
+            help="Scenes, meshes, clouds or folders written by -o; then a quoted Prolog goal.",
             show_default=False,
         ),
     ],
-    models: Models = None,
-    trust: Trust = False,
+    models: ModelOptions,
+    page: PageOptions,
+    stated: StatedOptions,
     as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object a goal, each on one line.")
+        bool, typer.Option("--json", help="Print one JSON object per goal, each on one line.")
     ] = False,
     limit: Annotated[
-        int | None, typer.Option("--limit", metavar="N", help="At most N answers to a goal.")
+        int | None, typer.Option("--limit", metavar="N", help="Largest number of answers per goal.")
     ] = None,
     timeout: Annotated[
-        float | None, typer.Option("--timeout", metavar="SECONDS", help="At most so long a goal.")
+        float | None, typer.Option("--timeout", metavar="SECONDS", help="Time limit per goal.")
     ] = None,
-    html: Html = None,
-    overwrite: Overwrite = False,
-    up: Up = AUTO,
-    unit: Unit = NONE,
-    sensor: Sensor = NONE,
-    override_file: OverrideFile = False,
 ) -> int:
-    """Asks scenes. Without a goal: a prompt, or goals from standard input.
+    """Ask scenes questions. Without a goal: a prompt, or goals from standard input.
 
     Exit code 0: there are answers, 1: there are none, 2: a goal is faulty, 3: a limit was reached.
     """
@@ -66,21 +59,20 @@ def query_command(
     paths, goal = scenes_and_goal(arguments)
     if goal is not None and not any(split_goals(goal)):
         raise InputError("the goal is empty: give one as face(F), or none for a prompt")
-    if html is not None:
-        check_page(html, "--html", (*paths, *(models or ())), overwrite=overwrite)
+    if page.html is not None:
+        page.check((*paths, *models.paths))
         if goal is None or len(paths) != 1 or len(list(split_goals(goal))) != 1:
             raise InputError("--html is of one scene and one goal: give both")
     limits = Limits() if timeout is None else Limits(seconds=timeout)
-    options = options_given(up, unit, sensor, override_file)
-    with Session(trust=trust, limits=limits, options=options) as session:
-        session.load_models(models or ())
+    with Session(trust=models.trust, limits=limits, options=stated.find_given()) as session:
+        session.load_models(models.paths)
         session.load_scenes(paths)
         shell = Shell(session, Screen(), limit, as_json=as_json)
         if goal is not None:
             outcome = run_line(shell, goal)
-            if html is not None and outcome in (Outcome.YES, Outcome.NO):
+            if page.html is not None and outcome in (Outcome.YES, Outcome.NO):
                 (file,) = session.scene_files
-                write_page(html, file, answers=answers_to(session, goal, limit))
+                page.write(file, answers=collect_answers(session, goal, limit))
             return outcome
         # A prompt needs a terminal on both sides; what it asks for must not get among the answers.
         if not (sys.stdin.isatty() and (sys.stdout.isatty() or sys.stderr.isatty())):

@@ -1,4 +1,4 @@
-"""How errors of a robot, and collections that ended early, are said at the command line."""
+"""Messages of the command line about errors of a robot and collections that ended early."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ MOUNT_AGAIN = "call facetlog mount again"
 
 @contextmanager
 def wording_errors(again: str) -> Iterator[None]:
-    """Device errors of the body leave it in the command line's words."""
+    """Translate device errors of the body into the command line's words."""
     try:
         yield
     except DeviceError as exc:
@@ -25,7 +25,7 @@ def wording_errors(again: str) -> Iterator[None]:
 
 
 def early_end_line(ended: "Ended", there: int, total: int, *, most: str = "") -> str:
-    """The one line on a collection that ended early: why, how to go on, and what is there.
+    """Say in one line why a collection ended early, how to go on, and what is there.
 
     `most` goes before the total.
     """

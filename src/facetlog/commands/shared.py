@@ -1,15 +1,17 @@
-"""What all commands share: exit codes, one line for an error, and the options that several have."""
+"""Shared by all commands: exit codes, one line for an error, and the options that several have."""
 
 import errno
+import inspect
 import logging
 import os
 import platform
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,53 +21,115 @@ from facetlog.errors import FacetlogError, InputError
 from facetlog.regular_file import check_current_folder
 from facetlog.terminal import error, error_lines, note
 
-__all__ = ["NO", "YES", "AsJson", "Full", "Models", "Raw", "Trust", "command"]
+if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
+
+__all__ = [
+    "NO",
+    "YES",
+    "AsJson",
+    "Crisp",
+    "Full",
+    "JudgingOptions",
+    "ModelOptions",
+    "Models",
+    "Overwrite",
+    "Raw",
+    "Trust",
+    "command",
+]
 
 YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-
-P = ParamSpec("P")
 
 _LOG = logging.getLogger(__name__)
 
 Models = Annotated[
     list[Path] | None,
-    typer.Option("--models", metavar="PATH", help="Your own models: a file or folder; repeatable."),
+    typer.Option("--models", metavar="PATH", help="Model file or folder of models; repeatable."),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
-Full = Annotated[bool, typer.Option("--full", help="Every step of the proofs, not only reasons.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+Full = Annotated[bool, typer.Option("--full", help="Show every step of the proofs.")]
+Crisp = Annotated[
+    bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
+]
 Raw = Annotated[
-    bool,
-    typer.Option("--raw", help="Degrees as measured values give them, not calibrated."),
+    bool, typer.Option("--raw", help="Show degrees without calibration, instead of confidences.")
 ]
 Trust = Annotated[
     bool,
     typer.Option(
-        "--trust", help="What you give is yours: models in Prolog are run, pictures anywhere."
+        "--trust",
+        help="Trust all given files: run models in Prolog, read pictures outside their folder.",
     ),
 ]
 """The user trusts all files given: models may be in Prolog, which is run as a program
 (`KnowledgeBase.load_rules`), all models are judged in this process, and poses files may name
 cameras and pictures outside of their folder (`own_folder.py`)."""
 
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
-def command(body: Callable[P, int]) -> Callable[P, None]:
-    """A command that ends with the exit code of its body, and with a line for an error."""
+
+@dataclass(frozen=True, slots=True)
+class ModelOptions:
+    """The user's models besides the built-in ones."""
+
+    models: Models = None
+    trust: Trust = False
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files and folders of models."""
+        return tuple(self.models or ())
+
+    def open_base(self) -> "KnowledgeBase":
+        """Open a knowledge base with these models; errors as `open_models` raises them."""
+        from facetlog.pipeline import open_models
+
+        return open_models(self.paths, trusted=self.trust)
+
+
+@dataclass(frozen=True, slots=True)
+class JudgingOptions(ModelOptions):
+    """The models, and how sure verdicts are said to be."""
+
+    crisp: Crisp = False
+    raw: Raw = False
+
+    def open_base(self) -> "KnowledgeBase":
+        """Open a knowledge base with these models; errors as `open_models` raises them."""
+        from facetlog.pipeline import open_models
+
+        return open_models(self.paths, trusted=self.trust, crisp=self.crisp, raw=self.raw)
+
+
+def command(body: Callable[..., int]) -> Callable[..., None]:
+    """Make a command of a function that returns its exit code; an error becomes one line.
+
+    A parameter whose type is a dataclass stands for the options that are its fields: the command
+    line has one option for each field, and the function gets the dataclass.
+    """
+    signature = inspect.signature(body)
+    groups = {p.name: p.annotation for p in signature.parameters.values() if is_group(p.annotation)}
 
     @wraps(body)
-    def ending(*args: P.args, **kwargs: P.kwargs) -> None:
+    def run(**given: Any) -> None:
         began = perf_counter()
         _LOG.debug("facetlog %s, Python %s", __version__, platform.python_version())
         try:
             check_current_folder()
-            code = body(*args, **kwargs)
+            for name, group in groups.items():
+                given[name] = group(
+                    **{f: given.pop(f) for f in inspect.signature(group).parameters}
+                )
+            code = body(**given)
             if not sys.stdout.closed:  # as the language server leaves it
                 sys.stdout.flush()
         except FacetlogError as exc:
             for line in error_lines(exc):
                 error(line)
             code = exc.exit_code
-        except typer.Exit as exc:  # of what was said when it came
+        except typer.Exit as exc:  # of an error that was reported when it came
             code = exc.exit_code
         except RecursionError:
             error("what was given is nested too deeply")
@@ -77,22 +141,34 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             note("interrupted")
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
-            _write_no_more()
+            _discard_output()
             code = BROKEN_PIPE
         except OSError as exc:
             if exc.errno not in NO_ROOM:
                 raise
-            _write_no_more()
+            _discard_output()
             error(f"the output cannot be written: {exc.strerror}: make room")
             code = InputError.exit_code
         name = body.__name__.removesuffix("_command").replace("_", "-")
         _LOG.info("%s took %.3f s, exit code %d", name, perf_counter() - began, code)
         raise typer.Exit(code)
 
-    del ending.__annotations__["return"]
-    return ending
+    # Typer reads the options from the signature.
+    flat: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        group = groups.get(parameter.name)
+        flat += [parameter] if group is None else inspect.signature(group).parameters.values()
+    keywords = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in flat]
+    run.__signature__ = inspect.Signature(keywords)  # type: ignore[attr-defined]
+    run.__annotations__ = {}
+    return run
 
 
-def _write_no_more() -> None:
-    """What is still buffered for standard output is not written at the end either."""
+def is_group(kind: object) -> bool:
+    """Tell whether a parameter's type stands for a group of options."""
+    return isinstance(kind, type) and is_dataclass(kind)
+
+
+def _discard_output() -> None:
+    """Discard what is still buffered for standard output, so that it is not written at the end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -17,30 +17,29 @@ ROBOT, CAMERA = "127.0.0.1:8101", "127.0.0.1:8100"
 def simulate_command(
     listen: Annotated[
         str,
-        typer.Option("--listen", metavar="HOST:PORT", help="Where the robot's line is; 0: any."),
+        typer.Option(
+            "--listen", metavar="HOST:PORT", help="Address of the robot; port 0: any free."
+        ),
     ] = ROBOT,
     world: Annotated[
         Path | None,
-        typer.Option("--world", metavar="FILE", help="What is simulated; see docs/simulator.md."),
+        typer.Option("--world", metavar="FILE", help="World to simulate (see docs/simulator.md)."),
     ] = None,
     pty: Annotated[
-        bool, typer.Option("--pty", help="The robot's line is a pseudo terminal too.")
+        bool, typer.Option("--pty", help="Also offer the robot at a pseudo terminal.")
     ] = False,
     camera: Annotated[
         str,
-        typer.Option("--camera", metavar="HOST:PORT", help="Pictures, state and faults by HTTP."),
+        typer.Option(
+            "--camera", metavar="HOST:PORT", help="HTTP address of camera, state and faults."
+        ),
     ] = CAMERA,
     seed: Annotated[
-        int | None, typer.Option("--seed", metavar="N", help="Of slip and noise.", min=0)
+        int | None, typer.Option("--seed", metavar="N", help="Seed of slip and noise.", min=0)
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="The addresses as one JSON object.")
-    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the addresses as JSON.")] = False,
 ) -> int:
-    """Simulates a robot, its world and its camera; prints where they are reached.
-
-    Ends with Ctrl-C.
-    """
+    """Simulate a robot, its world and its camera, and print their addresses, until Ctrl-C."""
     from facetlog.robot.simulator.station import Station
     from facetlog.robot.simulator.world_file import read_world
 

@@ -1,4 +1,4 @@
-"""What the views of a growing folder show, one after the other, and its recordings meanwhile."""
+"""Judge the views of a growing folder one after the other, and record them."""
 
 from dataclasses import replace
 from itertools import islice
@@ -20,8 +20,8 @@ POSES_FILE = "transforms.json"
 
 
 class FolderJudge:
-    """Knows what the views read so far show; each goes to the `recorder` as it is read, with what
-    the models say of those until then.
+    """Judges the views that are read so far; each goes to the `recorder` as it is read, with the
+    verdicts on the views up to it.
     """
 
     def __init__(
@@ -37,12 +37,12 @@ class FolderJudge:
         self._problems: list[str] = []
 
     def problems(self) -> tuple[str, ...]:
-        """What is wrong with views that were read since this was last asked."""
+        """Return the problems of views that were read since the last call."""
         problems, self._problems = tuple(self._problems), []
         return problems
 
     def so_far(self, views: int) -> "Recognition | None":
-        """What the first views show, read one after the other, None if that is too little."""
+        """Judge the first views, read one after the other; return None if that is too little."""
         from facetlog.perception.online.online_scene import OnlineScene
         from facetlog.stream import judged
 
@@ -68,7 +68,7 @@ class FolderJudge:
         return found
 
     def at_once(self, views: int) -> "Recognised":
-        """The same with the poses corrected by the pictures, from all of them together, and how."""
+        """Judge the first views all together, with their poses corrected by the pictures."""
         from facetlog.pipeline import recognize_views, views_from
 
         clock = StepClock()
@@ -78,7 +78,7 @@ class FolderJudge:
         return recognize_views(first, base=self.base, clock=clock)
 
     def _record(self, name: str, found: "Recognition | None") -> None:
-        """Records a view with what is known after it."""
+        """Record a view with what is known after it."""
         if self._recorder is None or self._online is None:
             return
         from facetlog.recordings.moments import read_moment

@@ -16,14 +16,15 @@ from typing import TYPE_CHECKING
 
 from facetlog.errors import FacetlogError
 from facetlog.judging.folder_judge import FolderJudge
-from facetlog.judging.judge_questions import (
+from facetlog.judging.view_verdicts import (
     EndRecording,
     Explore,
     Judge,
     Opening,
     Question,
+    ViewVerdict,
+    verdict_of,
 )
-from facetlog.judging.view_verdicts import ViewVerdict, verdict_of
 from facetlog.pipeline import open_models
 from facetlog.recordings.on_scene import outlined
 from facetlog.recordings.recording_request import open_recording
@@ -51,17 +52,17 @@ class _Judging:
         self._judge = FolderJudge(opening.folder, base, self._recording)
 
     def answer(self, question: Question) -> object:
-        """See the question; FacetlogError where recordings cannot be ended."""
+        """Answer a question; raise FacetlogError where recordings cannot be ended."""
         match question:
             case Judge():
-                return self._verdict(question)
+                return self._judge_views(question)
             case Explore():
-                return self._explored(question)
+                return self._explore_views(question)
             case EndRecording():
                 self._end_recording()
                 return None
 
-    def _verdict(self, asked: Judge) -> ViewVerdict:
+    def _judge_views(self, asked: Judge) -> ViewVerdict:
         judge, views = self._judge, asked.views
         try:
             whole = judge.at_once(views) if asked.finally_ else None
@@ -70,57 +71,55 @@ class _Judging:
             return ViewVerdict(views, fault=str(exc))
         if recognition is None:
             fault = "too little was seen to say what is there"
-            return ViewVerdict(views, fault=fault, problems=self._problems())
-        shown = _graded(recognition) if asked.degrees else recognition
+            return ViewVerdict(views, fault=fault, problems=self._take_problems())
+        shown = _drop_confidences(recognition) if asked.degrees else recognition
         outlines = () if whole is None else outlined(whole.scene, shown)
-        found = verdict_of(recognition, views, self._problems(), degrees=asked.degrees)
+        found = verdict_of(recognition, views, self._take_problems(), degrees=asked.degrees)
         return replace(found, outlines=outlines)
 
-    def _explored(self, asked: Explore) -> ViewVerdict:
-        """Of all views at once: of so few that takes no longer than one at a time, and poses that
-        were counted up are corrected.
+    def _explore_views(self, asked: Explore) -> ViewVerdict:
+        """Judge all views at once: for so few this is as fast as one at a time, and poses that were
+        summed up by odometry are corrected.
         """
         from facetlog.exploring.needs import needs_of
 
         try:
             if self._recording is not None:
-                self._judge.so_far(asked.views)  # recordings are of the recursion
+                self._judge.so_far(asked.views)  # recordings show the views one by one
             whole = self._judge.at_once(asked.views)
             needs = needs_of(whole.scene, whole.recognition, asked.interest)
         except FacetlogError as exc:
             return ViewVerdict(asked.views, fault=str(exc))
-        found = verdict_of(whole.recognition, asked.views, self._problems(), degrees=True)
+        found = verdict_of(whole.recognition, asked.views, self._take_problems(), degrees=True)
         return replace(found, needs=needs)
 
     def _end_recording(self) -> None:
         if self._recording is None:
             return
-        with suppress(FacetlogError):  # as of a folder in which there is no view yet
+        with suppress(FacetlogError):  # as for a folder without views
             self._judge.so_far(sys.maxsize)
         self._recording.close()
 
-    def _problems(self) -> tuple[str, ...]:
-        """What is to be said besides the verdict, once."""
+    def _take_problems(self) -> tuple[str, ...]:
+        """Return the problems that were not yet reported."""
         faults, self._faults = tuple(self._faults), []
         return (*faults, *self._judge.problems())
 
 
-def _graded(recognition: "Recognition") -> "Recognition":
-    """The same with degrees in place of confidences."""
+def _drop_confidences(recognition: "Recognition") -> "Recognition":
+    """Replace confidences by degrees."""
     verdicts = tuple(replace(each, confidence=None) for each in recognition.verdicts)
     return replace(recognition, verdicts=verdicts)
 
 
-def _questions(line: Connection) -> Iterator[Question]:
+def _receive_questions(line: Connection) -> Iterator[Question]:
     with suppress(EOFError, OSError):
         while True:
             yield line.recv()
 
 
 def _end_with(descriptor: int) -> None:
-    """Ends this process with the one that asks, also in the middle of an answer: nobody is left to
-    wait for it.
-    """
+    """End this process with the one that asks, also in the middle of an answer."""
     other = select.poll()
     other.register(descriptor, 0)  # that it hangs up is reported unasked
     other.poll()
@@ -128,11 +127,11 @@ def _end_with(descriptor: int) -> None:
 
 
 def main(descriptor: int) -> None:
-    """Answers until the other side goes away."""
+    """Answer questions until the other side goes away."""
     line = Connection(descriptor)
     threading.Thread(target=_end_with, args=(descriptor,), daemon=True).start()
     judging = _Judging(line.recv())
-    for question in _questions(line):
+    for question in _receive_questions(line):
         try:
             answer = judging.answer(question)
         except FacetlogError as exc:

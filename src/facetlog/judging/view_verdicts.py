@@ -1,4 +1,4 @@
-"""Verdicts on a collection while it grows: in a process of its own, so that the robot never waits.
+"""Verdicts on a growing collection, from a separate process so that the robot never waits.
 
 Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
 renew the robot's lease in time. The pictures are read from the folder, where each is whole: one at
@@ -14,10 +14,9 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from facetlog.errors import EngineError, FacetlogError
-from facetlog.judging.judge_questions import EndRecording, Explore, Judge, Opening, Question
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict_text import NO_MODEL
 from facetlog.perception.name_lists import named
@@ -28,12 +27,58 @@ if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest, Needs
     from facetlog.kb.explaining.verdict import Recognition
 
-__all__ = ["ViewVerdict", "ViewVerdicts", "verdict_of"]
+__all__ = [
+    "EndRecording",
+    "Explore",
+    "Judge",
+    "Opening",
+    "Question",
+    "ViewVerdict",
+    "ViewVerdicts",
+    "verdict_of",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """First message to the judging process; `mcap` is the file to record to, if any."""
+
+    folder: Path
+    models: tuple[Path, ...]
+    trusted: bool
+    mcap: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """Judge the first `views` views, with `finally_` all at once and their poses corrected; with
+    `degrees` in place of confidences. The answer is a ViewVerdict.
+    """
+
+    views: int
+    finally_: bool = False
+    degrees: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Explore:
+    """Judge the first `views` views at once, and list what is undecided of what is of interest."""
+
+    views: int
+    interest: "Interest"
+
+
+@dataclass(frozen=True, slots=True)
+class EndRecording:
+    """End the recording, with all views that are there; the answer is None."""
+
+
+Question: TypeAlias = Judge | Explore | EndRecording
 
 
 @dataclass(frozen=True, slots=True)
 class ViewVerdict:
-    """What the models say of the first `views` views.
+    """The verdicts on the first `views` views.
 
     `best` has a line for what holds; `excluded` and `unknown` are names of models that hold for
     nothing there; `problems` name views that were read since the verdict before and not used, or
@@ -54,7 +99,7 @@ class ViewVerdict:
 
     @property
     def line(self) -> str:
-        """One line: what it is, what it is not and what is open, or why nothing can be said."""
+        """One line: what it is, what it is not, what is undecided, or why there is no verdict."""
         if self.fault:
             return "; ".join((self.fault, *self.problems))
         said = list(self.best) or [NO_MODEL]
@@ -69,7 +114,7 @@ class ViewVerdict:
 def verdict_of(
     recognition: "Recognition", views: int, problems: tuple[str, ...] = (), *, degrees: bool = False
 ) -> ViewVerdict:
-    """What was recognised in so many views; with `degrees` in place of confidences."""
+    """Return the verdict on so many views; with `degrees` in place of confidences."""
     best = recognition.best
     if degrees:
         best = tuple(replace(verdict, confidence=None) for verdict in best)
@@ -95,7 +140,7 @@ class _JudgeDiedError(EngineError):
 
 
 class _JudgeProcess:
-    """The other process; asked by one thread at a time.
+    """The judging process; asked by one thread at a time.
 
     Not concurrent.futures: its queues have locks outside of both processes, which are left behind
     when this one is killed, and reported on the terminal. A socket goes with them.
@@ -118,7 +163,7 @@ class _JudgeProcess:
         self.has_died = False
 
     def answer(self, question: Question) -> Any:
-        """The answer; what it raised there is raised here, _JudgeDiedError if there is none."""
+        """Return the answer; raise what was raised there, _JudgeDiedError if there is none."""
         try:
             self._line.send(question)
             found = self._line.recv()
@@ -130,7 +175,7 @@ class _JudgeProcess:
         return found
 
     def close(self) -> None:
-        """Ends it, whatever it does."""
+        """End the process, whatever it is doing."""
         self._line.close()
         self.popen.wait()
 
@@ -169,11 +214,11 @@ class ViewVerdicts:
             future.cancel()
         try:
             if self._records and not self._judge.has_died:
-                self._submit(EndRecording()).result()
+                self._submit_question(EndRecording()).result()
         except _JudgeDiedError:
             pass  # said by the answer to a question
         finally:
-            # What it still answers is of no use to anybody.
+            # Nobody waits for what it still answers.
             self._judge.popen.kill()
             self._asking.shutdown(wait=True, cancel_futures=True)
             self._judge.close()
@@ -184,7 +229,7 @@ class ViewVerdicts:
         return self._judge.popen.pid
 
     def ask(self, views: int, *, finally_: bool = False, degrees: bool = False) -> None:
-        """Asks for a verdict on the first `views` views of the folder; with `degrees` in place of
+        """Ask for a verdict on the first `views` views of the folder; with `degrees` in place of
         confidences.
 
         Only at the end are poses corrected by the pictures, which takes longer than to drive on.
@@ -192,33 +237,34 @@ class ViewVerdicts:
         self._asked = [future for future in self._asked if not future.cancel()]
         # That it has died was said by the answer to an earlier question.
         if not self._judge.has_died:
-            self._asked.append(self._submit(Judge(views, finally_, degrees)))
+            self._asked.append(self._submit_question(Judge(views, finally_, degrees)))
 
     def explored(self, views: int, interest: "Interest") -> ViewVerdict:
-        """The verdict on the first `views` views with what is undecided, by degrees, which grow
-        with what was seen; waits for it.
+        """Wait for the verdict on the first `views` views with what is undecided.
+
+        It has degrees, which grow with what was seen.
         """
-        return _answer(self._submit(Explore(views, interest)))
+        return _wait_for_answer(self._submit_question(Explore(views, interest)))
 
     def ready(self) -> list[ViewVerdict]:
-        """The verdicts that have come since it was last called; does not wait."""
+        """Return the verdicts that have come since it was last called, without waiting."""
         done: list[Future[ViewVerdict]] = []
         waiting: list[Future[ViewVerdict]] = []
         for future in self._asked:
             (done if future.done() else waiting).append(future)
         self._asked = waiting
-        return list(map(_answer, done))
+        return list(map(_wait_for_answer, done))
 
     def last(self) -> list[ViewVerdict]:
-        """All verdicts that are still to come; waits for them."""
+        """Wait for all verdicts that are still to come."""
         waiting, self._asked = self._asked, []
-        return list(map(_answer, waiting))
+        return list(map(_wait_for_answer, waiting))
 
-    def _submit(self, question: Question) -> Future[Any]:
+    def _submit_question(self, question: Question) -> Future[Any]:
         return self._asking.submit(self._judge.answer, question)
 
 
-def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
+def _wait_for_answer(future: Future[ViewVerdict]) -> ViewVerdict:
     try:
         return future.result()
     except _JudgeDiedError as exc:

@@ -1,4 +1,4 @@
-"""What Python programs and notebooks use: the names that `facetlog` itself exports.
+"""Python interface: the names that `facetlog` itself exports.
 
 Steps and warnings are logged under the logger `facetlog`; nothing is shown unless the program that
 uses it says so.

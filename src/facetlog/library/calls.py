@@ -46,7 +46,8 @@ def recognize(
     trust: bool = False,
     raw: bool = False,
 ) -> Result:
-    """What is there: the scene, and what all models say of each thing in it.
+    """Recognize what is there: return the scene, and the verdicts of all models on each thing in
+    it.
 
     `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Of
     pictures on a printed mat `square` is the side of a square, as "17.6 ± 0.02 mm", if its bar was
@@ -71,8 +72,8 @@ def recognize(
     )
     # Before any long work: a model that cannot be used would lose it.
     with open_models(paths, trusted=trust, raw=raw) as base:
-        measured, view_set = _measured(source, stated)
-        scene = _in_scale(measured, known)
+        measured, view_set = _measure(source, stated)
+        scene = _apply_scale(measured, known)
         load_scene(base, scene)
         return Result(scene, judged_scene(base, scene.name), paths, trust, raw, view_set)
 
@@ -80,8 +81,8 @@ def recognize(
 def read_scene(
     path: str | Path, *, up: Up = None, unit: str | None = None, scale: str | None = None
 ) -> "Scene":
-    """The scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model or
-    one that `-o` wrote.
+    """Read the scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model
+    or one that `-o` wrote.
 
     Without `up` it is what the file says, or is found from a floor. `scale` is a length that is
     known where the unit is not, as "v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm" or "height = 74 cm". Raises
@@ -90,7 +91,7 @@ def read_scene(
     from facetlog.perception.facts.known_length import KnownLength
 
     known = None if scale is None else KnownLength.parse(scale, "scale")
-    return _in_scale(_read_scene(Path(path), up, unit), known)
+    return _apply_scale(_read_scene(Path(path), up, unit), known)
 
 
 def classify(
@@ -102,7 +103,8 @@ def classify(
     workers: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
-    """A row for each scene, mesh or cloud: the answer, of which thing, how sure it is.
+    """Classify scenes, meshes or clouds: return a row for each with its model, thing and
+    confidence.
 
     `paths` are files, folders or globs. The columns are those of `classify -o`; what
     cannot be read has its reason in `error`. It takes `workers` processes, one a core if not given.
@@ -116,8 +118,8 @@ def classify(
     from facetlog.batch.settings import Item, Settings
     from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR, NOT_GIVEN
 
-    _unit(unit)
-    direction = _up(up)
+    _parse_unit(unit)
+    direction = _parse_up(up)
     if direction is None or isinstance(up, str):
         axis = up if isinstance(up, str) else FROM_THE_FLOOR
     else:
@@ -127,7 +129,7 @@ def classify(
     named = tuple(str(path.resolve()) for path in model_paths(models))
     settings = Settings(named, trusted=trust, up=axis, unit=unit or NOT_GIVEN)
     count = len(os.sched_getaffinity(0)) if workers is None else workers
-    frame = _data_frame()
+    frame = _import_data_frame()
     with (
         Pool(settings, min(count, len(items))) as crew,
         classified(Plan(items, settings), crew) as done,
@@ -145,7 +147,7 @@ def ask(
     most: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
-    """The answers to a question of docs/queries.md: a column for each variable of the goal.
+    """Answer a question (docs/queries.md): return a column for each variable of the goal.
 
     Of several scenes the first column, `Scene`, is the name of each answer's. A goal without
     variables has one row and the column `holds`, True or False. At most `most` answers are read.
@@ -154,9 +156,9 @@ def ask(
     from facetlog.kb.engine.terms import Atom
     from facetlog.pipeline import load_scene, open_models
 
-    frame = _data_frame()
+    frame = _import_data_frame()
     with open_models(model_paths(models), trusted=trust) as base:
-        for scene in _named_apart(_scenes(scenes, _Stated(up, unit, trust))):
+        for scene in _make_names_distinct(_read_sources(scenes, _Stated(up, unit, trust))):
             load_scene(base, scene)
         with base.query(goal, most=most) as answers:
             if not answers.names:  # a row without columns is none in a table
@@ -168,8 +170,8 @@ def ask(
             return frame(columns, columns=list(answers.names))
 
 
-def _data_frame() -> "type[pd.DataFrame]":
-    """What makes a table; before any work, for it may not be installed."""
+def _import_data_frame() -> "type[pd.DataFrame]":
+    """Import what makes a table; to be called before any work, for it may not be installed."""
     try:
         import pandas as pd
     except ImportError:
@@ -178,8 +180,8 @@ def _data_frame() -> "type[pd.DataFrame]":
     return frame
 
 
-def _up(up: Up) -> "tuple[float, float, float] | None":
-    """The unit vector that is meant, if any."""
+def _parse_up(up: Up) -> "tuple[float, float, float] | None":
+    """Return the unit vector that is meant, if any."""
     import numpy as np
 
     from facetlog.perception.shapes.shape_options import up_from
@@ -197,14 +199,14 @@ def _up(up: Up) -> "tuple[float, float, float] | None":
     return x, y, z
 
 
-def _stated(up: Up) -> Up:
-    """Upwards where it is stated: "auto" is as good as nothing."""
+def _normalize_up(up: Up) -> Up:
+    """Return upwards where it is stated; "auto" states nothing."""
     from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR
 
     return None if isinstance(up, str) and up == FROM_THE_FLOOR else up
 
 
-def _unit(unit: str | None) -> str | None:
+def _parse_unit(unit: str | None) -> str | None:
     from facetlog.perception.shapes.shape_options import unit_from
 
     return None if unit is None else unit_from(unit, "unit")
@@ -212,7 +214,7 @@ def _unit(unit: str | None) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class _Stated:
-    """What a caller states of a source, as the arguments of `recognize`."""
+    """Statements about a source, as the arguments of `recognize`."""
 
     up: Up
     unit: str | None
@@ -221,36 +223,38 @@ class _Stated:
     cameras: Path | None = None
 
 
-def _scene_of(source: Source, stated: _Stated) -> "Scene":
-    return _measured(source, stated)[0]
+def _read_source(source: Source, stated: _Stated) -> "Scene":
+    return _measure(source, stated)[0]
 
 
-def _measured(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]":
-    """The scene, and the views that it was reconstructed from if it was."""
+def _measure(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]":
+    """Return the scene, and the views that it was reconstructed from, if any."""
     from facetlog.perception.reading.pose_files.register import find_poses, has_poses
     from facetlog.perception.reading.shape_files.clouds.colmap_model import find_colmap_model
     from facetlog.perception.scene import Scene
     from facetlog.perception.shapes.read_shape import ShapeOptions
     from facetlog.perception.shapes.read_shape import stated as as_stated
 
-    up, unit = _stated(stated.up), _unit(stated.unit)
-    _up(up)  # a word that is none is refused before any long work
+    up, unit = _normalize_up(stated.up), _parse_unit(stated.unit)
+    _parse_up(up)  # a word that is none is refused before any long work
     if isinstance(source, Scene):
-        return as_stated(source, ShapeOptions(_up(up), up is None, unit, override=True)), None
+        return as_stated(source, ShapeOptions(_parse_up(up), up is None, unit, override=True)), None
     if isinstance(source, Result):
-        return as_stated(source.scene, ShapeOptions(_up(up), up is None, unit, override=True)), None
+        return as_stated(
+            source.scene, ShapeOptions(_parse_up(up), up is None, unit, override=True)
+        ), None
     if not isinstance(source, str | Path):
-        view_set = _view_set(source, up)
-        return _reconstructed(view_set), view_set
+        view_set = _make_view_set(source, up)
+        return _reconstruct(view_set), view_set
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    if _written_scene(path) is None and has_poses(path):
+    if _find_written_scene(path) is None and has_poses(path):
         view_set = _read_views(path, stated)
-        return _reconstructed(view_set), view_set
+        return _reconstruct(view_set), view_set
     if stated.square is not None:
         raise InputError(f"square is for pictures of a mat, and {path} holds none: omit it")
-    if path.is_dir() and _written_scene(path) is None and find_colmap_model(path) is None:
+    if path.is_dir() and _find_written_scene(path) is None and find_colmap_model(path) is None:
         find_poses(path)  # which lists what the folder would need
     return _read_scene(path, up, unit), None
 
@@ -258,32 +262,34 @@ def _measured(source: Source, stated: _Stated) -> "tuple[Scene, ViewSet | None]"
 def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
     from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
 
-    up = _stated(up)
+    up = _normalize_up(up)
     if not path.exists():
         raise InputError(
             f"{path} does not exist: give a scene, mesh or cloud, or the folder of one"
         )
-    inside = _written_scene(path)
+    inside = _find_written_scene(path)
     return read_stated(
-        inside or path, ShapeOptions(_up(up), up is None, _unit(unit), override=True)
+        inside or path, ShapeOptions(_parse_up(up), up is None, _parse_unit(unit), override=True)
     )
 
 
-def _written_scene(path: Path) -> Path | None:
-    """The scene file in a folder that `-o` wrote; the pictures there only show what was found."""
+def _find_written_scene(path: Path) -> Path | None:
+    """Return the scene file in a folder that `-o` wrote; the pictures there only show what was
+    found.
+    """
     from facetlog.query_shell.scene_files import SCENE_FILE
 
     inside = path / SCENE_FILE
     return inside if inside.is_file() else None
 
 
-def _in_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":
+def _apply_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":
     from facetlog.perception.facts.known_length import with_known_length
 
     return scene if known is None else with_known_length(scene, known)[0]
 
 
-def _scenes(
+def _read_sources(
     scenes: "Source | Sequence[str | Path | Scene | Result]", stated: _Stated
 ) -> "list[Scene]":
     from facetlog.perception.types import View
@@ -291,11 +297,13 @@ def _scenes(
     # Several views are one source.
     one = not isinstance(scenes, list | tuple) or any(isinstance(each, View) for each in scenes)
     several = cast("Sequence[Source]", [scenes] if one else scenes)
-    return [each.scene if isinstance(each, Result) else _scene_of(each, stated) for each in several]
+    return [
+        each.scene if isinstance(each, Result) else _read_source(each, stated) for each in several
+    ]
 
 
-def _named_apart(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
-    """The scenes, those of a name that there was already with a number after it."""
+def _make_names_distinct(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
+    """Yield the scenes; a name that occurred before gets a number."""
     names: set[str] = set()
     for scene in scenes:
         name, count = scene.name, 1
@@ -306,13 +314,13 @@ def _named_apart(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
         yield scene if name == scene.name else replace(scene, name=name)
 
 
-def _of_views(up: Up) -> "str | FloatArray | None":
-    """Upwards as the pipeline takes it."""
+def _convert_up(up: Up) -> "str | FloatArray | None":
+    """Return upwards as the pipeline takes it."""
     import numpy as np
 
     if up is None or isinstance(up, str):
         return up
-    vector = _up(up)
+    vector = _parse_up(up)
     return None if vector is None else np.array(vector)
 
 
@@ -321,8 +329,8 @@ def _read_views(path: Path, stated: _Stated) -> "ViewSet":
 
     return views_from(
         path,
-        unit=_unit(stated.unit),
-        up=_of_views(_stated(stated.up)),
+        unit=_parse_unit(stated.unit),
+        up=_convert_up(_normalize_up(stated.up)),
         square=stated.square,
         keep=stated.cameras,
         trusted=stated.trust,
@@ -331,7 +339,7 @@ def _read_views(path: Path, stated: _Stated) -> "ViewSet":
     )
 
 
-def _view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
+def _make_view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
     from facetlog.perception.reading.read_views import LEAST_VIEWS, ViewSet
     from facetlog.perception.types import View
     from facetlog.pipeline import with_stated_up
@@ -344,10 +352,10 @@ def _view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
             raise InputError(f"{view!r:.40} is no View, of which a list consists: {_SOURCES}")
     if len(found) < LEAST_VIEWS:
         raise InputError(f"{len(found)} views, {LEAST_VIEWS} are needed, from different places")
-    return with_stated_up(ViewSet("views", found), _of_views(up))
+    return with_stated_up(ViewSet("views", found), _convert_up(up))
 
 
-def _reconstructed(view_set: "ViewSet") -> "Scene":
+def _reconstruct(view_set: "ViewSet") -> "Scene":
     from facetlog.one_thread import on_one_thread
     from facetlog.pipeline import reconstruct_views
 

@@ -1,4 +1,4 @@
-"""What was recognised, as an object to ask: verdicts, reasons, and a look at the scene."""
+"""The result of recognition as an object: verdicts, reasons, and a page with the scene."""
 
 import html
 import threading
@@ -24,7 +24,7 @@ __all__ = ["Reason", "Result"]
 
 PAGE_HEIGHT_PX = 720
 MOST_PAGE_BYTES = 8_000_000
-"""Of a page within a notebook, which keeps it."""
+"""Largest page within a notebook, which keeps it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,10 +32,10 @@ class Reason:
     """Why a model holds of a thing, or why not: printed, it is what the command line prints."""
 
     verdicts: "tuple[Verdict, ...]"
-    """Those that it is about, the nearest first."""
+    """The verdicts that it is about, the nearest first."""
 
     lines: tuple[str, ...]
-    """What it says, as the command line prints it."""
+    """The reason in words, as the command line prints it."""
 
     @property
     def holds(self) -> bool:
@@ -43,7 +43,7 @@ class Reason:
         return bool(self.verdicts) and self.verdicts[0].state.value == "holds"
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """The verdicts with their whole proofs, as verdicts.json has them."""
+        """Return the verdicts with their whole proofs, as in verdicts.json."""
         return [verdict.to_json(full=True) for verdict in self.verdicts]
 
     def __str__(self) -> str:
@@ -64,10 +64,10 @@ class Result(Closing):
     """
 
     scene: "Scene"
-    """What was measured: vertices, edges and faces with their uncertainty."""
+    """The measured vertices, edges and faces, with their uncertainty."""
 
     recognition: "Recognition"
-    """What all models say of each thing."""
+    """The verdicts of all models on each thing."""
 
     models: tuple[Path, ...] = ()
     """The user's models that were asked as well."""
@@ -89,12 +89,12 @@ class Result(Closing):
 
     @property
     def verdicts(self) -> "tuple[Verdict, ...]":
-        """What each model says of each thing."""
+        """The verdict of each model on each thing."""
         return self.recognition.verdicts
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is doubtful of the scene, and which pictures were left out, and why."""
+        """Doubts about the scene, and which pictures were left out, and why."""
         return self.scene.warnings
 
     def why(
@@ -105,7 +105,7 @@ class Result(Closing):
         parts: Mapping[str, str] = MappingProxyType({}),
         full: bool = False,
     ) -> Reason:
-        """Why the model holds, or what it lacks, of one thing or of the best.
+        """Explain why the model holds, or what it lacks, for one thing or for the best.
 
         `parts` gives faces to roles, as {"top": "f1"}. Raises QueryError for a model, thing, role
         or face that there is not.
@@ -123,7 +123,7 @@ class Result(Closing):
         parts: Mapping[str, str] = MappingProxyType({}),
         count: int = 3,
     ) -> Reason:
-        """What comes nearest to the model without holding, and by how much it is not.
+        """Explain what comes nearest to the model without holding, and by how much it misses.
 
         At most `count` verdicts, or the line that there is none. Raises errors as `why` does.
         """
@@ -147,7 +147,7 @@ class Result(Closing):
         return base
 
     def close(self) -> None:
-        """Ends what reasons are found in; a later one opens it anew."""
+        """Close the knowledge base in which reasons are found; a later reason opens it again."""
         with self._lock:
             base = self.__dict__.pop("_base", None)
         if base is not None:
@@ -162,7 +162,7 @@ class Result(Closing):
         self.__dict__.update(state, _lock=threading.Lock())
 
     def to_dict(self, *, full: bool = False) -> dict[str, Any]:
-        """The verdicts as verdicts.json has them, with `full` the whole proofs."""
+        """Return the verdicts as in verdicts.json, with `full` the whole proofs."""
         return self.recognition.to_json(full=full)
 
     def __str__(self) -> str:
@@ -176,7 +176,7 @@ class Result(Closing):
         subject = self._subject
         # Pictures are most of a page.
         for shown in (subject, replace(subject, views=())) if subject.views else (subject,):
-            text = _page(shown)
+            text = _make_page(shown)
             if len(text.encode()) <= MOST_PAGE_BYTES:
                 return (
                     f'<iframe sandbox="allow-scripts" srcdoc="{html.escape(text, quote=True)}" '
@@ -186,7 +186,7 @@ class Result(Closing):
         return f"<pre>{html.escape(str(self))}</pre>"
 
     def write_page(self, path: str | Path) -> None:
-        """Writes what `recognize -o` calls report.html: a page that needs no other file.
+        """Write a page that needs no other file, as `recognize -o` writes report.html.
 
         It has the scene in 3-D, the verdicts with proofs whose lines light up faces, and the
         pictures if there were any. Raises InputError for a path that does not end with .html or
@@ -198,7 +198,7 @@ class Result(Closing):
         place = Path(path)
         check_page(place, "path", overwrite=True)
         try:
-            write_whole(place, _page(self._subject).encode())
+            write_whole(place, _make_page(self._subject).encode())
         except OSError as exc:
             raise InputError(
                 f"{place} cannot be written: {exc.strerror or exc}: give another file"
@@ -221,7 +221,7 @@ class Result(Closing):
         )
 
 
-def _page(subject: "Subject") -> str:
+def _make_page(subject: "Subject") -> str:
     from facetlog.page.write import page
 
     return page(subject)
@@ -234,7 +234,7 @@ def _check_parts(parts: Mapping[str, str]) -> None:
 
 
 def model_paths(models: str | Path | Sequence[str | Path]) -> tuple[Path, ...]:
-    """The paths of models that were given, one or several.
+    """Return the paths of the given models, one or several.
 
     >>> [path.name for path in model_paths("gate.model")]
     ['gate.model']

@@ -11,9 +11,8 @@ from typing import Any
 from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.terms import Term
-from facetlog.query_shell.caret import place_of
 from facetlog.query_shell.meanings import Meaning, counted_in, height_notes, meanings
-from facetlog.query_shell.screen import Screen
+from facetlog.query_shell.screen import Screen, place_of
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.shown_terms import term_json
 from facetlog.query_shell.table import Table
@@ -24,17 +23,17 @@ BLOCK = 1000
 """Rows laid out and written at a time: memory stays flat however many there are."""
 
 WAITING_SECONDS = 0.3
-"""How long answers that come slowly are kept back, so that columns are laid out together."""
+"""Time for which slow answers are kept back, so that columns are laid out together."""
 
 COUNTING_SECONDS = 0.2
-"""How long the answers beyond the limit are counted: before a fifth of a second nobody waits."""
+"""Time for which answers beyond the limit are counted: so short that nobody notices."""
 
 LOOKING_SECONDS = 0.5
-"""How long a further answer is looked for where no more is wanted than whether there is one."""
+"""Time for which a further answer is searched, where it only matters whether there is one."""
 
 
 class Outcome(IntEnum):
-    """What came of a goal, as an exit code."""
+    """Outcome of a goal, as an exit code."""
 
     YES = 0
     NO = 1
@@ -57,28 +56,28 @@ class _Rest:
 
 @dataclass(frozen=True, slots=True)
 class WaysToAll:
-    """What a reader may do to see the rows and the parts of cells that were left out."""
+    """Ways to see the rows and the parts of cells that were left out."""
 
     rows: str
     cells: str
 
 
 def outcome_of(error: FacetlogError) -> Outcome:
-    """What an error says of a goal."""
+    """Return the outcome of a goal that ended with this error."""
     return Outcome.ENGINE if isinstance(error, EngineError) else Outcome.FAULT
 
 
 def show_answers(
     session: Session, screen: Screen, goal: str, *, limit: int | None, ways: WaysToAll
 ) -> Outcome:
-    """Writes at most `limit` answers as a table; what it leaves out it says with `ways` to see it.
+    """Write at most `limit` answers as a table, with `ways` to see what is left out.
 
     Errors are raised, after the answers that were found before them.
     """
     began = time.monotonic()
     with session.base.query(goal, scenes=session.scenes, most=limit) as answers:
         if not answers.names:
-            return _yes_or_no(screen, answers)
+            return _show_yes_or_no(screen, answers)
         table = _Rows(session, screen, goal, answers)
         shown = table.show(answers, limit)
         if shown == 0:
@@ -98,15 +97,15 @@ def show_answers(
     seconds = time.monotonic() - began
     total = shown + rest.count
     number = f"{'more than ' if rest.more else ''}{total:,} answer{'s' * (total != 1)}"
-    screen.report(f"{number} in {_duration(seconds)}")
+    screen.report(f"{number} in {_format_duration(seconds)}")
     return Outcome.YES
 
 
 def show_every_answer(session: Session, screen: Screen, goal: str) -> Outcome:
-    """Shows all answers page by page; errors as for `show_answers`."""
+    """Show all answers page by page; errors as for `show_answers`."""
     with session.base.query(goal, scenes=session.scenes) as answers:
         if not answers.names:
-            return _yes_or_no(screen, answers)
+            return _show_yes_or_no(screen, answers)
         found = _UntilFault(answers)
         first = found.take(BLOCK)
         if not first and found.fault is not None:
@@ -117,13 +116,13 @@ def show_every_answer(session: Session, screen: Screen, goal: str) -> Outcome:
             return Outcome.NO
         # Nothing is cut here: a pager breaks or moves lines that are wider than the terminal.
         table = Table(answers.names, meanings(goal), session.length, scenes=session.base.scenes)
-        screen.page(_lines(table, first, found))
+        screen.page(_iter_lines(table, first, found))
     if found.fault is not None:
         raise found.fault
     return Outcome.YES
 
 
-def _yes_or_no(screen: Screen, answers: Answers) -> Outcome:
+def _show_yes_or_no(screen: Screen, answers: Answers) -> Outcome:
     found = next(answers, None) is not None
     screen.begin_answer(table=False)
     screen.say("yes" if found else "no")
@@ -144,11 +143,11 @@ class _UntilFault:
             self.fault = exc
 
     def take(self, most: int) -> list[tuple[Term, ...]]:
-        """At most so many of the next answers."""
+        """Return at most so many of the next answers."""
         return list(islice(self, most))
 
 
-def _lines(table: Table, first: list[tuple[Term, ...]], rest: _UntilFault) -> Iterator[str]:
+def _iter_lines(table: Table, first: list[tuple[Term, ...]], rest: _UntilFault) -> Iterator[str]:
     block = table.block(first)
     yield from table.head(first)
     yield from block
@@ -181,7 +180,7 @@ class _Rows:
             yield from self._table.unit_notes()
 
     def show(self, answers: Answers, limit: int | None) -> int:
-        """Writes at most `limit` answers; how many there were. An error comes after them."""
+        """Write at most `limit` answers and return their number; raise an error after them."""
         shown = 0
         rows: list[tuple[Term, ...]] = []
         written = time.monotonic()
@@ -233,10 +232,10 @@ def _count_rest(session: Session, goal: str, shown: int, most: int | None = None
     return _Rest(max(0, count - shown), more=False)
 
 
-def _duration(seconds: float) -> str:
-    """The time in words.
+def _format_duration(seconds: float) -> str:
+    """Format a time.
 
-    >>> _duration(0.0123), _duration(2.34)
+    >>> _format_duration(0.0123), _format_duration(2.34)
     ('12 ms', '2.3 s')
     """
     return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
@@ -245,7 +244,7 @@ def _duration(seconds: float) -> str:
 def write_answers(
     session: Session, screen: Screen, goal: str, *, limit: int | None, line: int | None = None
 ) -> Outcome:
-    """Writes the answers as one line of JSON, row by row as they come.
+    """Write the answers as one line of JSON, row by row as they come.
 
     `complete` is false if there are more than `limit`, or if an error, then in `error`, ended them.
     A goal that cannot be asked gives a line with `error` and no rows. Errors are raised as well.
@@ -262,10 +261,12 @@ def write_answers(
     known = meanings(goal)
     with answers:
         head = {
-            **_asked(goal, line),
+            **_make_head(goal, line),
             "names": list(answers.names),
             "units": {
-                name: _unit(known[name], session.length) for name in answers.names if name in known
+                name: _name_unit(known[name], session.length)
+                for name in answers.names
+                if name in known
             },
         }
         screen.raw(json.dumps(head)[:-1] + ', "rows": [')
@@ -277,7 +278,7 @@ def write_answers(
                 rest = _count_rest(session, goal, count, count + 1)
                 end["complete"] = not (rest.count or rest.more)
         except FacetlogError as exc:
-            end = {"complete": False, "error": _error(goal, exc)}
+            end = {"complete": False, "error": _convert_error(goal, exc)}
             raise
         except KeyboardInterrupt:
             end = {"complete": False, "error": {"kind": "interrupted", "message": "interrupted"}}
@@ -289,23 +290,23 @@ def write_answers(
     return Outcome.YES if count else Outcome.NO
 
 
-def _unit(meaning: Meaning, length: str) -> str:
-    """The unit for machines: deg, m, m², px, units; for all else the kind."""
+def _name_unit(meaning: Meaning, length: str) -> str:
+    """Return the unit for machines: deg, m, m², px, units; for all else the kind."""
     kind = meaning.kind.value
     return {"length": length, "length²": f"{length}²"}.get(kind, kind)
 
 
 def error_json(goal: str, error: FacetlogError, *, line: int | None = None) -> str:
-    """What was asked and could not be done, with the error, as a line of JSON."""
-    return json.dumps({**_asked(goal, line), "error": _error(goal, error)})
+    """Format a question that failed, with the error, as a line of JSON."""
+    return json.dumps({**_make_head(goal, line), "error": _convert_error(goal, error)})
 
 
-def _asked(goal: str, line: int | None) -> dict[str, Any]:
+def _make_head(goal: str, line: int | None) -> dict[str, Any]:
     return {"schema": SCHEMA, "goal": goal, **({} if line is None else {"line": line})}
 
 
-def _error(goal: str, error: FacetlogError) -> dict[str, Any]:
-    """The error as data, with its place in the goal: all of it, if no other place is known."""
+def _convert_error(goal: str, error: FacetlogError) -> dict[str, Any]:
+    """Convert an error to plain data, with its place in the goal (all of it, if unknown)."""
     if isinstance(error, EngineError):
         return {"kind": "engine", "message": str(error)}
     start, end = 0, len(goal)

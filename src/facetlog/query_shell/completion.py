@@ -1,4 +1,4 @@
-"""What a user may type next, and the hint about the word at the cursor."""
+"""Propose what a user may type next, and explain the word at the cursor."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -47,12 +47,12 @@ class Proposal:
 
 
 def proposals(shell: Shell, text: str) -> Iterator[Proposal]:
-    """What may follow a text that ends at the cursor, the likeliest first."""
-    return islice(_different(_proposals(shell, text)), MOST)
+    """Propose what may follow a text that ends at the cursor, the likeliest first."""
+    return islice(_drop_repeated(_propose(shell, text)), MOST)
 
 
-def _different(found: Iterable[Proposal]) -> Iterator[Proposal]:
-    """Each text once: a fact and the measure that is called so are completed alike."""
+def _drop_repeated(found: Iterable[Proposal]) -> Iterator[Proposal]:
+    """Yield each text once: a fact and the measure of the same name are completed alike."""
     seen = set()
     for proposal in found:
         if proposal.text not in seen:
@@ -60,58 +60,60 @@ def _different(found: Iterable[Proposal]) -> Iterator[Proposal]:
             yield proposal
 
 
-def _proposals(shell: Shell, text: str) -> Iterator[Proposal]:
+def _propose(shell: Shell, text: str) -> Iterator[Proposal]:
     head, space, rest = text.lstrip().partition(" ")
     if not head.startswith(COMMAND):
         if space and head in _EXPLAIN and "(" not in rest:
-            yield from _explained(shell, rest)
+            yield from _propose_subjects(shell, rest)
         else:
-            yield from _in_goal(shell, text)
+            yield from _propose_in_goal(shell, text)
     elif not space:
         for command in COMMANDS.values():
             space = " " if command.arguments else ""
-            yield from _matching(head, [f"{COMMAND}{command.name}{space}"], command.meaning)
+            yield from _propose_matching(head, [f"{COMMAND}{command.name}{space}"], command.meaning)
     elif head == ":load":
-        yield from _paths(rest.lstrip())
+        yield from _propose_paths(rest.lstrip())
     else:
         last = rest.split(" ")[-1]
         match head:
             case ":use":
-                yield from _matching(last, (file.name for file in shell.session.scene_files))
+                yield from _propose_matching(
+                    last, (file.name for file in shell.session.scene_files)
+                )
             case ":facts":
-                yield from _matching(last, _all_names(shell))
+                yield from _propose_matching(last, _list_all_names(shell))
             case ":help" | ":words":
-                yield from _matching(last, dict.fromkeys(word.name for word in shell.words))
+                yield from _propose_matching(last, dict.fromkeys(word.name for word in shell.words))
 
 
-def _matching(beginning: str, texts: Iterable[str], about: str = "") -> Iterator[Proposal]:
+def _propose_matching(beginning: str, texts: Iterable[str], about: str = "") -> Iterator[Proposal]:
     for text in texts:
         if text.startswith(beginning):
             yield Proposal(text, len(beginning), about)
 
 
-def _all_names(shell: Shell) -> Iterator[str]:
+def _list_all_names(shell: Shell) -> Iterator[str]:
     return (name for names in shell.names.values() for name in names)
 
 
-def _explained(shell: Shell, rest: str) -> Iterator[Proposal]:
-    """After why: first a model or any name, then things, and faces for parts."""
+def _propose_subjects(shell: Shell, rest: str) -> Iterator[Proposal]:
+    """Propose after `why` first a model or any name, then things, and faces for parts."""
     words = rest.split(" ")
     last = words[-1]
     if len(words) == 1:
         # A thing or parts may follow a model that is written out.
         models = (f"{name} " if name == last else name for name in shell.session.base.models)
-        yield from _matching(last, models, "model")
-        yield from _matching(last, _all_names(shell))
+        yield from _propose_matching(last, models, "model")
+        yield from _propose_matching(last, _list_all_names(shell))
     elif "=" in last:
         face = last.rpartition("=")[2]
-        yield from _matching(face, names_of_kind(shell.names, ArgumentKind.PART))
+        yield from _propose_matching(face, names_of_kind(shell.names, ArgumentKind.PART))
     else:
-        yield from _matching(last, names_of_kind(shell.names, ArgumentKind.THING))
+        yield from _propose_matching(last, names_of_kind(shell.names, ArgumentKind.THING))
 
 
-def _paths(beginning: str) -> Iterator[Proposal]:
-    """Files and folders; a folder ends with a slash."""
+def _propose_paths(beginning: str) -> Iterator[Proposal]:
+    """Propose files and folders; a folder ends with a slash."""
     folder, slash, name = beginning.rpartition("/")
     try:
         place = Path(f"{folder}{slash}" or ".").expanduser()
@@ -123,18 +125,18 @@ def _paths(beginning: str) -> Iterator[Proposal]:
             yield Proposal(f"{entry}/" if is_folder else entry, len(name))
 
 
-def _in_goal(shell: Shell, text: str) -> Iterator[Proposal]:
+def _propose_in_goal(shell: Shell, text: str) -> Iterator[Proposal]:
     match = _BEGINNING.search(text)
     beginning = match.group() if match else ""
     used = variables(text[: len(text) - len(beginning)])
     if beginning[:1].isupper():
-        yield from _matching(beginning, used, "variable")
+        yield from _propose_matching(beginning, used, "variable")
         return
     call = call_at(text, len(text))
     if call is not None:
-        yield from _matching(beginning, _names_at(shell, *call))
+        yield from _propose_matching(beginning, _list_names_at(shell, *call))
         if not beginning:
-            yield from _matching(beginning, used, "variable")
+            yield from _propose_matching(beginning, used, "variable")
     if not beginning:
         return
     if not text[: -len(beginning)].strip():
@@ -142,27 +144,27 @@ def _in_goal(shell: Shell, text: str) -> Iterator[Proposal]:
         if beginning in _EXPLAIN:
             yield Proposal(f"{beginning} ", len(beginning), about)
             return
-        yield from _matching(beginning, ("why ", "why_not "), about)
+        yield from _propose_matching(beginning, ("why ", "why_not "), about)
     for word in shell.words:
         bracket = "(" if word.signature.startswith(f"{word.name}(") else ""
-        yield from _matching(beginning, [word.name + bracket], word.meaning)
+        yield from _propose_matching(beginning, [word.name + bracket], word.meaning)
 
 
-def _names_at(shell: Shell, functor: str, place: int) -> Iterable[str]:
-    """What an argument of a word may be, by the schema or by the argument's name."""
+def _list_names_at(shell: Shell, functor: str, place: int) -> Iterable[str]:
+    """Return what an argument of a word may be, by the schema or by the argument's name."""
     kind = FACT_KINDS.get(functor)
     if kind is not None and place < kind.arity:
         argument = kind.arguments[place].kind
         return names_of_kind(shell.names, argument) if argument.is_name else ()
-    name = _argument(shell, functor, place)
+    name = _find_argument_name(shell, functor, place)
     if name == "Scene":
-        return (_quoted(file.name) for file in shell.session.scene_files)
+        return (_quote(file.name) for file in shell.session.scene_files)
     if name == "Model":
         return shell.session.base.models
     return names_of_kind(shell.names, _KINDS[name]) if name in _KINDS else ()
 
 
-def _argument(shell: Shell, functor: str, place: int) -> str | None:
+def _find_argument_name(shell: Shell, functor: str, place: int) -> str | None:
     for word in shell.words:
         if word.name == functor and place < word.arity:
             names = word.signature.partition("(")[2].rstrip(")").split(",")
@@ -170,12 +172,12 @@ def _argument(shell: Shell, functor: str, place: int) -> str | None:
     return None
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return shown(Atom(name))
 
 
 def hint_at(shell: Shell, text: str, place: int) -> str:
-    """Signature and meaning of the word at the cursor, or of the call round it; else empty."""
+    """Return signature and meaning of the word at the cursor, or of the call around it."""
     match = _BEGINNING.search(text[:place])
     start = match.start() if match else place
     rest = _REST.match(text, place)

@@ -23,7 +23,7 @@ _PART = re.compile(r"([^=()\s]+)=([^=()\s]+)")
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What is asked about: a model, perhaps one thing only, and the parts that are given."""
+    """Subject of a question: a model, perhaps one thing only, and the parts that are given."""
 
     model: str
     thing: str | None = None
@@ -56,7 +56,7 @@ class Explanation:
 
 
 def parts_given(words: Sequence[str]) -> dict[str, str]:
-    """The parts of words like `top=f1`. Raises InputError for any other and for one given twice.
+    """Parse parts like `top=f1`. Raise InputError for any other word and for one given twice.
 
     >>> parts_given(["top=f1", "leg=f4"])
     {'top': 'f1', 'leg': 'f4'}
@@ -74,14 +74,15 @@ def parts_given(words: Sequence[str]) -> dict[str, str]:
 
 
 def is_origin(names: Mapping[ArgumentKind, Sequence[str]], text: str) -> bool:
-    """Whether a text that is no model is a fact, or something among these names."""
+    """Return whether a text that is no model is a fact, or something among these names."""
     return "(" in text or kind_of(names, text) is not None
 
 
 def unknown_subject(
     models: Iterable[str], names: Mapping[ArgumentKind, Sequence[str]], text: str
 ) -> InputError:
-    """The error about a word that is neither a model nor, if any could be meant, one of the names.
+    """Return the error about a word that is neither a model nor, if any could be meant, one of the
+    names.
 
     >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "bx"))
     "there is neither a model nor a thing of the scene called 'bx'; did you mean box?"
@@ -108,7 +109,7 @@ def unknown_subject(
 
 
 def why(session: Session, scene: str, about: About, *, full: bool = False) -> Explanation:
-    """Why the model holds for what fits it best; if it does not, what is missing.
+    """Explain why the model holds for what fits it best; if it does not, what is missing.
 
     With `full` by its whole proof, and where each face comes from, down to pixels. Raises
     QueryError for a model, a thing, a part or a face that there is not.
@@ -134,14 +135,15 @@ def why(session: Session, scene: str, about: About, *, full: bool = False) -> Ex
 def why_not(
     session: Session, scene: str, about: About, *, count: int, full: bool = False
 ) -> Explanation:
-    """What comes nearest to the model and does not hold, at most `count` of them; errors as `why`.
+    """Find what comes nearest to the model and does not hold, at most `count` of them; errors as
+    `why`.
 
     With `full` each with its whole proof, not only with what fails.
     """
     misses = session.base.why_not(
         scene, about.model, thing=about.thing, parts=about.parts, count=count
     )
-    lines = tuple(line for miss in misses for line in _miss(miss, full=full))
+    lines = tuple(line for miss in misses for line in _format_miss(miss, full=full))
     data = {
         "schema": WHY_NOT,
         "scene": scene,
@@ -155,19 +157,19 @@ def why_not(
 
 
 def nothing_near(base: KnowledgeBase, scene: str, model: str) -> tuple[str, ...]:
-    """What is said where nothing is nearly one; where there is nothing at all, why."""
+    """Explain that nothing comes near, or why there is nothing at all."""
     found = base.why(scene, model)
     if not found.thing:
         return tuple(found.lines())
     return (f"nothing in {scene} comes near {model} without being one",)
 
 
-def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
+def _format_miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
     return verdict.lines(full=True) if full else verdict.miss_lines()
 
 
 def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:
-    """Where something of a scene or a fact comes from; QueryError for another name."""
+    """Trace where something of a scene or a fact comes from; QueryError for another name."""
     found = session.base.origin(scene, name)
     unit = session.base.scenes[scene].length_unit
     whole = tuple(found.lines(full=True, length_unit=unit))

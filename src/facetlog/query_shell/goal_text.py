@@ -17,7 +17,7 @@ COMMAND = ":"
 
 
 class TokenKind(StrEnum):
-    """What a piece of text is."""
+    """Kind of a piece of text."""
 
     COMMENT = "comment"
     OPEN = "open"  # a quotation or comment that does not end
@@ -88,7 +88,7 @@ _CLOSES = {")": "(", "]": "[", "}": "{"}
 
 
 def tokens(text: str) -> tuple[Token, ...]:
-    """The tokens of a text, comments among them.
+    """Split a text into tokens, including comments.
 
     >>> [str(token.kind) for token in tokens("angle(f1, B) % all")][:3]
     ['name', 'bracket', 'name']
@@ -104,7 +104,7 @@ def tokens(text: str) -> tuple[Token, ...]:
 
 
 def variables(text: str) -> tuple[str, ...]:
-    """The variables of a goal in the order of appearance, those that begin with _ left out."""
+    """Return the variables of a goal in the order of appearance, except those that begin with _."""
     names = (t.text for t in tokens(text) if t.kind is TokenKind.VARIABLE)
     return tuple(dict.fromkeys(name for name in names if not name.startswith("_")))
 
@@ -146,7 +146,7 @@ def _scan(text: str) -> tuple[list[Call], list[_Open]]:
 
 
 def calls(text: str) -> tuple[Call, ...]:
-    """All terms with arguments in a text, inner ones before those around them.
+    """Find all terms with arguments in a text, inner ones before those around them.
 
     >>> [(call.functor, len(call.arguments)) for call in calls("holds(near(angle(a, B), 90, 15))")]
     [('angle', 2), ('near', 3), ('holds', 1)]
@@ -157,7 +157,8 @@ def calls(text: str) -> tuple[Call, ...]:
 
 
 def call_at(text: str, place: int) -> tuple[str, int] | None:
-    """The functor of the innermost call round a place, and which argument (from 0) is there.
+    """Return the functor of the innermost call around a place, and which argument (from 0) is
+    there.
 
     >>> call_at("angle(f1, ", 10)
     ('angle', 1)
@@ -170,7 +171,7 @@ def call_at(text: str, place: int) -> tuple[str, int] | None:
 
 
 def is_complete(text: str) -> bool:
-    """Whether a goal may end here: nothing is open, and no operator waits for more.
+    """Return whether a goal may end here: nothing is open, and no operator waits for more.
 
     >>> is_complete("face(F)"), is_complete("face(F),"), is_complete("face(")
     (True, False, False)
@@ -180,22 +181,11 @@ def is_complete(text: str) -> bool:
         return False
     if not said or said[-1].kind is TokenKind.END:
         return True
-    return said[-1].kind is not TokenKind.SYMBOL and not _is_open(said)
-
-
-def _is_open(said: Iterable[Token]) -> bool:
-    """Whether a bracket is not closed."""
-    stack = []
-    for token in said:
-        if token.kind is TokenKind.BRACKET and token.text not in _CLOSES:
-            stack.append(token.text)
-        elif stack and stack[-1] == _CLOSES.get(token.text):
-            stack.pop()
-    return bool(stack)
+    return said[-1].kind is not TokenKind.SYMBOL and not _scan(text)[1]
 
 
 def split_goals(text: str) -> Iterator[tuple[str, int]]:
-    """The goals of a text that full stops separate, without these, and the place of each.
+    """Split a text at full stops into goals, each with its place.
 
     >>> list(split_goals("face(F). edge(E, _, _)."))
     [('face(F)', 0), ('edge(E, _, _)', 9)]
@@ -213,7 +203,7 @@ def split_goals(text: str) -> Iterator[tuple[str, int]]:
 
 
 def goals(lines: Iterable[str]) -> Iterator[Goal]:
-    """The goals of a file, read no further than each needs: one a line, or ended by a full stop.
+    """Read the goals of a file, no further than each needs: one a line, or ended by a full stop.
 
     A line that begins with a colon is a command of the shell, whatever it holds. A goal that is not
     complete at the end of its line goes on in the next ones. If that leads to an empty line or the
@@ -228,14 +218,14 @@ def goals(lines: Iterable[str]) -> Iterator[Goal]:
             yield Goal(waiting.popleft().strip(), number)
             number += 1
             continue
-        count = _lines_of_goal(source, waiting)
+        count = _count_lines(source, waiting)
         text = "".join(waiting.popleft() for _ in range(count))
         for goal, start in split_goals(text):
             yield Goal(goal, number + text.count("\n", 0, start))
         number += count
 
 
-def _lines_of_goal(source: Iterator[str], waiting: deque[str]) -> int:
+def _count_lines(source: Iterator[str], waiting: deque[str]) -> int:
     text = ""
     for count in range(1, MOST_LINES + 1):
         if len(waiting) < count and not _pull(source, waiting):

@@ -15,7 +15,9 @@ _EXPLAIN = re.compile(r"(why_not|why-not|why)(?:\s+(?P<about>.*?))?[\s.]*", re.D
 
 
 def run_line(shell: Shell, line: str, *, where: str = "") -> Outcome:
-    """What came of a line; an error is shown, `where` before it. EOFError to leave the shell."""
+    """Run a line and return the outcome; show an error, `where` before it. EOFError leaves the
+    shell.
+    """
     try:
         return execute(shell, line)
     except FacetlogError as exc:
@@ -24,7 +26,7 @@ def run_line(shell: Shell, line: str, *, where: str = "") -> Outcome:
 
 
 def execute(shell: Shell, line: str) -> Outcome:
-    """What came of a line: of several goals, the last.
+    """Run a line and return the outcome: of several goals, that of the last.
 
     Models whose files have changed are loaded again first. Raises FacetlogError for a line that
     cannot be done, EOFError to leave the shell.

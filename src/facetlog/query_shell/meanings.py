@@ -1,4 +1,4 @@
-"""What the variables of a goal stand for: kind, unit, and whose standard deviation.
+"""The meanings of a goal's variables: kind, unit, and whose standard deviation.
 
 Found by looking at which argument of which fact a variable is.
 """
@@ -26,7 +26,7 @@ _HEIGHTS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a variable stands for; `sd` is the variable with its standard deviation, if any.
+    """Meaning of a variable; `sd` is the variable with its standard deviation, if any.
 
     `height` is the fact whose height it is, of which there are several.
     """
@@ -38,7 +38,7 @@ class Meaning:
 
 
 def meanings(goal: str) -> dict[str, Meaning]:
-    """The meaning of each variable that is an argument of a fact or the value of a measure.
+    """Return the meaning of each variable that is an argument of a fact or the value of a measure.
 
     A variable that stands for different kinds has none.
 
@@ -48,7 +48,7 @@ def meanings(goal: str) -> dict[str, Meaning]:
     found: dict[str, Meaning] = {}
     doubtful = set()
     for call in calls(goal):
-        for name, meaning in _of_call(call):
+        for name, meaning in _iter_meanings(call):
             before = found.setdefault(name, meaning)
             if before.kind is not meaning.kind:
                 doubtful.add(name)
@@ -57,11 +57,11 @@ def meanings(goal: str) -> dict[str, Meaning]:
     return {name: meaning for name, meaning in found.items() if name not in doubtful}
 
 
-def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
-    names = [_variable(argument) for argument in call.arguments]
+def _iter_meanings(call: Call) -> Iterator[tuple[str, Meaning]]:
+    names = [_find_variable(argument) for argument in call.arguments]
     kind = FACT_KINDS.get(call.functor)
     if kind is not None and kind.arity == len(names):
-        sds = _deviations(kind.arguments)
+        sds = _pair_deviations(kind.arguments)
         deviating = set(sds.values())
         for i, (argument, name) in enumerate(zip(kind.arguments, names, strict=True)):
             if name is not None:
@@ -69,7 +69,7 @@ def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
                 height = call.functor if (call.functor, argument.name) in _HEIGHTS else ""
                 yield name, Meaning(argument.kind, sd, i in deviating, height)
     elif (call.functor, len(names)) == _MEASURE:
-        measured = _measured(call.arguments[0])
+        measured = _find_measure_kind(call.arguments[0])
         value, sd = names[1], names[2]
         if measured is not None:
             if value is not None:
@@ -80,14 +80,14 @@ def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
                 yield sd, Meaning(measured, is_sd=True)
 
 
-def _variable(argument: Sequence[Token]) -> str | None:
+def _find_variable(argument: Sequence[Token]) -> str | None:
     if len(argument) == 1 and argument[0].kind is TokenKind.VARIABLE and argument[0].text != "_":
         return argument[0].text
     return None
 
 
-def _deviations(arguments: Sequence[Argument]) -> dict[int, int]:
-    """Which argument is the standard deviation of which.
+def _pair_deviations(arguments: Sequence[Argument]) -> dict[int, int]:
+    """Return which argument is the standard deviation of which.
 
     `Sd` is that of the argument before it, `SdU` that of `U`.
     """
@@ -101,18 +101,20 @@ def _deviations(arguments: Sequence[Argument]) -> dict[int, int]:
     return found
 
 
-def _measured(measure: Sequence[Token]) -> ArgumentKind | None:
-    """The kind of a measure that is named as its fact: the fact's argument that has a deviation."""
+def _find_measure_kind(measure: Sequence[Token]) -> ArgumentKind | None:
+    """Return the kind of a measure that is named as its fact: that of the argument with a
+    deviation.
+    """
     functor = measure[0].functor if measure else None
     for kind in FACT_SCHEMA:
         if kind.functor == functor:
-            deviating = _deviations(kind.arguments)
+            deviating = _pair_deviations(kind.arguments)
             return next((kind.arguments[i].kind for i in deviating), None)
     return None
 
 
 def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
-    """What each of several different heights in one table is the height of; nothing of one alone.
+    """Explain each of several different heights in one table; a single one needs no note.
 
     >>> height_notes(meanings("elevation(f1, A, _), top_of(t1, B, _)"))[0]
     'A is elevation: height of the middle of the face above the lowest point of its object'
@@ -128,7 +130,7 @@ def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
 
 
 def counted_in(goal: str, length: str) -> str:
-    """The unit in which a goal that has numbers and lengths or areas counts; empty for another.
+    """Return the unit in which a goal with numbers and lengths or areas counts; empty for another.
 
     >>> counted_in("elevation(F, H, _), H > 20", "m"), counted_in("elevation(F, H, _)", "m")
     ('m', '')
@@ -139,7 +141,7 @@ def counted_in(goal: str, length: str) -> str:
 
 
 def length_unit(units: Sequence[str | None]) -> str:
-    """The unit of lengths for scenes with these: metres, units, or both.
+    """Return the unit of lengths for scenes with these: metres, units, or both.
 
     >>> length_unit(["m", "m"]), length_unit([None]), length_unit(["m", None])
     ('m', 'units', 'm or units')
@@ -148,7 +150,7 @@ def length_unit(units: Sequence[str | None]) -> str:
 
 
 def unit(kind: ArgumentKind, length: str) -> str:
-    """The unit of a kind as a reader writes it; empty where there is none.
+    """Return the unit of a kind as a reader writes it; empty where there is none.
 
     >>> unit(ArgumentKind.AREA, "m"), unit(ArgumentKind.DEGREES, "m"), unit(ArgumentKind.FACE, "m")
     ('m²', '°', '')

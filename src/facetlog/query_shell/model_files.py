@@ -9,18 +9,18 @@ from facetlog.regular_file import read_regular
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """What a file was like: times and size tell quickly that nothing changed, else the content."""
+    """State of a file: equal times and size mean that nothing changed, else the content decides."""
 
     times: tuple[int, int, int]
     digest: bytes
 
     def same_content(self, other: "Stamp") -> bool:
-        """Whether both files hold the same."""
+        """Return whether both files have the same content."""
         return self.digest == other.digest
 
 
 def stamp_of(path: Path, before: Stamp | None = None) -> Stamp | None:
-    """What the file is like now, `before` if it has not been touched; None if it cannot be read."""
+    """Return the stamp of a file, `before` if it is untouched; None if it cannot be read."""
     try:
         status = path.stat()
         times = (status.st_mtime_ns, status.st_size, status.st_ino)

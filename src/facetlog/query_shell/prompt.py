@@ -51,7 +51,7 @@ _STYLES = {
 
 
 def history_path() -> Path:
-    """Where the history is: in the folder that XDG has for such files."""
+    """Return the path of the history file, by the XDG base directories."""
     folder = os.environ.get("XDG_STATE_HOME", "")
     state = Path(folder) if Path(folder).is_absolute() else Path.home() / ".local" / "state"
     return state / "facetlog" / "history"
@@ -72,7 +72,7 @@ class _QuietHistory(FileHistory):
 
 
 def history_at(path: Path) -> History:
-    """The history in a file that only its owner may read, made if it is not there.
+    """Open the history in a file that only its owner may read, and make it if it is missing.
 
     In memory only, if that cannot be.
     """
@@ -90,7 +90,7 @@ class _GoalLexer(Lexer):
     """Colours tokens, of commands the first word."""
 
     def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
-        styled = _coloured(document.text)
+        styled = _colour(document.text)
 
         def line(number: int) -> StyleAndTextTuples:
             return styled[number] if number < len(styled) else []
@@ -98,21 +98,21 @@ class _GoalLexer(Lexer):
         return line
 
 
-def _coloured(text: str) -> list[StyleAndTextTuples]:
-    """The lines of a text, in pieces with their styles."""
+def _colour(text: str) -> list[StyleAndTextTuples]:
+    """Split a text into lines of pieces with their styles."""
     if text.lstrip().startswith(COMMAND):
         word = len(text) - len(text.lstrip()) + len(text.split()[0])
-        return _in_lines([("class:command", text[:word]), ("", text[word:])])
+        return _split_lines([("class:command", text[:word]), ("", text[word:])])
     pieces: list[tuple[str, str]] = []
     at = 0
     for token in tokens(text):
         pieces.append(("", text[at : token.start]))
         pieces.append((_STYLES.get(token.kind, ""), token.text))
         at = token.end
-    return _in_lines([*pieces, ("", text[at:])])
+    return _split_lines([*pieces, ("", text[at:])])
 
 
-def _in_lines(pieces: Iterable[tuple[str, str]]) -> list[StyleAndTextTuples]:
+def _split_lines(pieces: Iterable[tuple[str, str]]) -> list[StyleAndTextTuples]:
     lines: list[StyleAndTextTuples] = [[]]
     for style, text in pieces:
         first, *others = text.split("\n")
@@ -137,8 +137,10 @@ class _Completer(Completer):
             yield Completion(proposal.text, -proposal.length, display_meta=proposal.about)
 
 
-def _keys() -> KeyBindings:
-    """Enter asks what is complete, and goes to a new line otherwise; a second Enter asks it too."""
+def _make_keys() -> KeyBindings:
+    """Make Enter run what is complete, and go to a new line otherwise; a second Enter runs it
+    anyway.
+    """
     keys = KeyBindings()
 
     @keys.add("enter")
@@ -147,7 +149,9 @@ def _keys() -> KeyBindings:
         if buffer.complete_state and buffer.complete_state.current_completion:
             buffer.complete_state = None
         elif (
-            buffer.text.startswith(COMMAND) or is_complete(buffer.text) or _blank_line(buffer.text)
+            buffer.text.startswith(COMMAND)
+            or is_complete(buffer.text)
+            or _ends_with_blank_line(buffer.text)
         ):
             buffer.validate_and_handle()
         else:
@@ -156,11 +160,11 @@ def _keys() -> KeyBindings:
     return keys
 
 
-def _blank_line(text: str) -> bool:
+def _ends_with_blank_line(text: str) -> bool:
     return not text.rpartition("\n")[2].strip()
 
 
-def _toolbar(shell: Shell, prompt: "PromptSession[str]") -> str:
+def _make_toolbar(shell: Shell, prompt: "PromptSession[str]") -> str:
     buffer = prompt.default_buffer
     try:
         hint = hint_at(shell, buffer.text, buffer.cursor_position)
@@ -169,13 +173,13 @@ def _toolbar(shell: Shell, prompt: "PromptSession[str]") -> str:
     return hint or f"{', '.join(shell.session.scenes) or 'no scene'} · :help explains"
 
 
-def _plain_line() -> str:
-    """The next line or lines of a goal from a terminal that knows no escapes; EOFError at its end.
+def _read_plain_line() -> str:
+    """Read the next goal from a terminal without escape sequences; EOFError at its end.
 
     The terminal itself edits the line. A goal ends as it does for the Enter key.
     """
     text = ""
-    terminal = _terminal()
+    terminal = _find_terminal()
     while True:
         terminal.write(CONTINUED if text else PROMPT)
         terminal.flush()
@@ -189,15 +193,15 @@ def _plain_line() -> str:
             return said
 
 
-def _terminal() -> TextIO:
-    """The stream that leads to the terminal, even if answers go elsewhere."""
+def _find_terminal() -> TextIO:
+    """Return the stream that leads to the terminal, even if answers go elsewhere."""
     return sys.stdout if sys.stdout.isatty() else sys.stderr
 
 
-def _line_reader(shell: Shell) -> Callable[[], str]:
-    """Reads what is to be done next, with all that the terminal is able to."""
+def _make_line_reader(shell: Shell) -> Callable[[], str]:
+    """Return what reads the next line, with all that the terminal is able to."""
     if is_dumb_terminal():
-        return _plain_line
+        return _read_plain_line
     prompt: PromptSession[str] = PromptSession(
         history=history_at(history_path()),
         auto_suggest=AutoSuggestFromHistory(),
@@ -205,21 +209,21 @@ def _line_reader(shell: Shell) -> Callable[[], str]:
         complete_while_typing=False,
         lexer=_GoalLexer(),
         style=_STYLE,
-        key_bindings=_keys(),
+        key_bindings=_make_keys(),
         multiline=True,
         prompt_continuation=CONTINUED,
-        output=create_output(_terminal()),
+        output=create_output(_find_terminal()),
         color_depth=ColorDepth.DEPTH_1_BIT if os.environ.get("NO_COLOR") else None,
     )
-    return lambda: prompt.prompt(PROMPT, bottom_toolbar=lambda: _toolbar(shell, prompt))
+    return lambda: prompt.prompt(PROMPT, bottom_toolbar=lambda: _make_toolbar(shell, prompt))
 
 
 def run_prompt(shell: Shell) -> None:
-    """Reads lines from the terminal and does them, until Ctrl-D or :quit.
+    """Read lines from the terminal and run them, until Ctrl-D or :quit.
 
     Ctrl-C clears the line, or stops what is being done.
     """
-    read = _line_reader(shell)
+    read = _make_line_reader(shell)
     shell.screen.remark(GREETING)
     while True:
         try:

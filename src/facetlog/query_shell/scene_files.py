@@ -43,7 +43,7 @@ class SceneFile:
     options: "ShapeOptions | None" = None
 
     def facts(self) -> Iterator[Fact]:
-        """The scene's facts, worked out when the first is asked for.
+        """Yield the scene's facts, which are computed when the first is requested.
 
         Raises InputError for a file that holds no scene.
         """
@@ -62,14 +62,14 @@ class SceneFile:
                 yield (functor, *found.pop())
 
     def facts_on_demand(self) -> Iterator[Fact]:
-        """The facts that `facts` leaves out; InputError as there."""
+        """Yield the facts that `facts` leaves out; InputError as there."""
         from facetlog.perception.facts.all_facts import facts_on_demand
 
         for fact in facts_on_demand(self.scene()):
             yield fact.row
 
     def scene(self) -> "Scene":
-        """The scene itself; InputError as for `facts`."""
+        """Read the scene itself; InputError as for `facts`."""
         from facetlog.perception.facts.most_faces import check_face_count
         from facetlog.perception.surfaces.scene_file import scene_from_json
 
@@ -88,8 +88,8 @@ class SceneFile:
 
 
 def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
-    """The scene file at a path, or in the folder there, under its own name; or a mesh or a cloud,
-    with the up, unit and sensor that `options` state.
+    """Find the scene file at a path or in the folder there, under its own name; or a mesh or a
+    cloud, with the up, unit and sensor that `options` state.
 
     Raises InputError if there is none. What it holds is checked when its facts are asked for.
     """
@@ -116,12 +116,12 @@ def scene_file(path: Path, options: "ShapeOptions | None" = None) -> SceneFile:
 
     made_by = f"{__version__} {facts_code_hash()} {options or ''}"
     key = hashlib.sha256(data + made_by.encode()).hexdigest()
-    return SceneFile(inside, plain_text(_own_name(data) or inside.stem), data, key, options)
+    return SceneFile(inside, plain_text(_read_name(data) or inside.stem), data, key, options)
 
 
 def is_raw_shape(path: Path) -> bool:
-    """Whether there is a mesh or a cloud, by the suffix, or the folder of a COLMAP model."""
-    if path.suffix == SUFFIX or not _exists(str(path)):
+    """Return whether there is a mesh or a cloud, by the suffix, or the folder of a COLMAP model."""
+    if path.suffix == SUFFIX or not _does_exist(str(path)):
         return False
     # Loaded only now: scenes do without.
     if path.is_dir():
@@ -133,7 +133,7 @@ def is_raw_shape(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES and not says_itself(path.name)
 
 
-def _own_name(data: bytes) -> str | None:
+def _read_name(data: bytes) -> str | None:
     try:
         record = json.loads(data)
     except (ValueError, RecursionError):
@@ -145,7 +145,7 @@ def _own_name(data: bytes) -> str | None:
 def with_distinct_names(
     files: Sequence[SceneFile], taken: Collection[str] = ()
 ) -> tuple[SceneFile, ...]:
-    """The files, those of equal names told apart by folder or file.
+    """Return the files with distinct names, told apart by folder or file.
 
     For example `block-0@second`, and where that is taken, `block-0@runs/second`.
     """
@@ -155,13 +155,13 @@ def with_distinct_names(
     for file in files:
         name = file.name
         if names.count(name) > 1 or name in used:
-            name = next(n for n in _names(file) if n not in used)
+            name = next(n for n in _iter_names(file) if n not in used)
         used.add(name)
         found.append(replace(file, name=name))
     return tuple(found)
 
 
-def _names(file: SceneFile) -> Iterator[str]:
+def _iter_names(file: SceneFile) -> Iterator[str]:
     place = file.path.resolve()
     about = place.parent if place.name == SCENE_FILE else place.with_suffix("")
     folders = about.parts[1:]
@@ -171,24 +171,24 @@ def _names(file: SceneFile) -> Iterator[str]:
 
 
 def scenes_and_goal(arguments: Sequence[str]) -> tuple[tuple[Path, ...], str | None]:
-    """The scenes and the goal, which is the last argument if no file is called so.
+    """Split arguments into the scenes and the goal, which is the last unless a file is called so.
 
     Raises InputError if there is no scene, or if the goal looks like a file that is not there.
     """
     last = arguments[-1]
-    if last.strip() and (_exists(last) or _looks_like_path(last)):
+    if last.strip() and (_does_exist(last) or _looks_like_path(last)):
         paths, goal = arguments, None
     else:
         paths, goal = arguments[:-1], last
     if not paths:
         raise InputError(f"{last!r} is no file: give a scene.json or its folder before the goal")
     for path in paths:
-        if not (path.strip() and _exists(path)):
+        if not (path.strip() and _does_exist(path)):
             raise InputError(f"{path} does not exist: give a scene.json or its folder")
     return tuple(map(Path, paths)), goal
 
 
-def _exists(argument: str) -> bool:
+def _does_exist(argument: str) -> bool:
     try:
         return Path(argument).exists()
     except (OSError, ValueError):  # too long for a file's name, or with a NUL: a goal
@@ -196,7 +196,7 @@ def _exists(argument: str) -> bool:
 
 
 def _looks_like_path(argument: str) -> bool:
-    """Whether it is no goal but a file's name.
+    """Return whether an argument is no goal but a file's name.
 
     >>> [_looks_like_path(a) for a in ("out/a", "a.json", "X is 6/3", "face(F)", "true")]
     [True, True, False, False, False]

@@ -1,4 +1,4 @@
-"""What there is in a scene, by kind: the names that a user may type."""
+"""The names in a scene that a user may type, by kind."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -28,27 +28,29 @@ _MIXED = {
 def scene_names(
     base: KnowledgeBase, scenes: Sequence[str]
 ) -> Mapping[ArgumentKind, tuple[str, ...]]:
-    """The names of each kind in these scenes, in natural order (f2 before f10)."""
+    """Return the names of each kind in these scenes, in natural order (f2 before f10)."""
     found: dict[ArgumentKind, tuple[str, ...]] = {}
     for kind, goal in _GOALS.items():
         with base.query(goal, scenes=tuple(scenes)) as answers:
             names = {row[-1].name for row in answers if isinstance(row[-1], Atom)}
-        found[kind] = tuple(sorted(names, key=_natural))
+        found[kind] = tuple(sorted(names, key=_make_sort_key))
     return found
 
 
 def names_of_kind(
     names: Mapping[ArgumentKind, tuple[str, ...]], kind: ArgumentKind
 ) -> tuple[str, ...]:
-    """The names that an argument of this kind may have; those of all kinds it mixes."""
+    """Return the names that an argument of this kind may have; a mixed kind has those of all its
+    kinds.
+    """
     return tuple(name for one in _MIXED.get(kind, (kind,)) for name in names.get(one, ()))
 
 
 def kind_of(names: Mapping[ArgumentKind, Sequence[str]], name: str) -> ArgumentKind | None:
-    """What a name stands for, or None if there is nothing of that name."""
+    """Return the kind of a name, or None if there is nothing of that name."""
     return next((kind for kind, those in names.items() if name in those), None)
 
 
-def _natural(name: str) -> tuple[tuple[bool, int, str], ...]:
+def _make_sort_key(name: str) -> tuple[tuple[bool, int, str], ...]:
     pieces = re.findall(r"\d+|\D+", name)
     return tuple((p.isdecimal(), int(p) if p.isdecimal() else 0, p) for p in pieces)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from facetlog.perception.shapes.shape_options import ShapeOptions
 
 Stamps: TypeAlias = dict[Path, Stamp | None]
-"""Of all files that a model file was made from."""
+"""Stamps of all files that a model file was made from."""
 
 
 class Session(Closing):
@@ -52,7 +52,7 @@ class Session(Closing):
         """Grows when scenes or models change, so that whoever remembers names knows."""
 
     def close(self) -> None:
-        """Forgets the knowledge base, if one was made."""
+        """Close the knowledge base, if one was made."""
         if self._base is not None:
             self._base.close()
 
@@ -60,10 +60,10 @@ class Session(Closing):
     def base(self) -> KnowledgeBase:
         """The knowledge base, made when it is first needed."""
         if self._base is None:
-            self._base = self._new_base()
+            self._base = self._make_base()
         return self._base
 
-    def _new_base(self) -> KnowledgeBase:
+    def _make_base(self) -> KnowledgeBase:
         base = KnowledgeBase(self.limits)
         if self.raw:
             base.calibration = Calibration()
@@ -90,7 +90,7 @@ class Session(Closing):
         return length_unit([self.base.scenes[name].length_unit for name in self.scenes])
 
     def use(self, names: Sequence[str]) -> None:
-        """Asks only these scenes, all if there are none. Raises InputError for an unknown one."""
+        """Ask only these scenes, all if there are none. Raise InputError for an unknown one."""
         for name in names:
             if name not in self._scenes:
                 loaded = ", ".join(self._scenes) or "none"
@@ -99,7 +99,7 @@ class Session(Closing):
         self.generation += 1
 
     def load_scenes(self, paths: Sequence[Path]) -> tuple[SceneFile, ...]:
-        """Loads scenes; a file that was loaded before takes its own place again.
+        """Load scenes; a file that was loaded before is replaced.
 
         Raises InputError for what cannot be read; the scenes before it are loaded.
         """
@@ -121,7 +121,7 @@ class Session(Closing):
         base.load_scene(file.name, file.facts(), cache_key=file.key, on_demand=file.facts_on_demand)
 
     def load_models(self, paths: Iterable[Path]) -> tuple[str, ...]:
-        """Loads files and folders of models; the names of the models that they define.
+        """Load files and folders of models; return the names of the models that they define.
 
         Raises RuleSyntaxError for a faulty file; those before it are loaded.
         """
@@ -131,16 +131,16 @@ class Session(Closing):
             base = self.base
             rules = base.load_rules(path, trusted=self.trust)
             loaded.extend(rules.models)
-            self._models[path] = _stamps(rules) | {path: stamp}
+            self._models[path] = _read_stamps(rules) | {path: stamp}
             # Files that it asks about were loaded with it, and are watched like it.
             for other in base.models.values():
                 if other.files and other.path not in self._models:
-                    self._models[other.path] = _stamps(other)
+                    self._models[other.path] = _read_stamps(other)
             self.generation += 1
         return tuple(loaded)
 
     def load(self, path: Path) -> str:
-        """Loads a scene or models, whichever the path holds, and says what was loaded."""
+        """Load a scene or models, whichever the path holds, and return a line about it."""
         # A folder written by -o holds facts.pl beside its scene.
         models = any(rules_in(path)) and not (path / SCENE_FILE).exists()
         if path.suffix in RULE_SUFFIXES or models:
@@ -149,52 +149,52 @@ class Session(Closing):
         return f"loaded the scene {file.name} ({self.base.scenes[file.name].facts:,} facts)"
 
     def changed_models(self) -> tuple[str, ...]:
-        """Loads again every model file whose content has changed; a line about each.
+        """Load again every model file whose content has changed; return a line about each.
 
         Of a faulty file the old version stays in force. It is said once.
         """
         return tuple(
             line
             for path, before in tuple(self._models.items())
-            for line in self._refreshed(path, before)
+            for line in self._refresh(path, before)
         )
 
-    def _refreshed(self, path: Path, before: Stamps) -> tuple[str, ...]:
+    def _refresh(self, path: Path, before: Stamps) -> tuple[str, ...]:
         now = {file: stamp_of(file, stamp) for file, stamp in before.items()}
         if all(now[file] is stamp for file, stamp in before.items()):
             return ()
         self._models[path] = now
         if now[path] is None:
             return (f"{path} cannot be read any more: its models stay as they were",)
-        changed = [file for file, stamp in before.items() if not _same(stamp, now[file])]
+        changed = [file for file, stamp in before.items() if not _is_same(stamp, now[file])]
         if not changed:
             return ()
         try:
             self._reload_models(path)
         except RuleSyntaxError as exc:
-            return _kept_version(exc)
+            return _explain_kept_version(exc)
         why = f"{path} has" if path in changed else f"{changed[0]}, which {path} uses, has"
         return (f"{why} changed: loaded again",)
 
     def _reload_models(self, path: Path) -> None:
         stamp = stamp_of(path)
         rules = self.base.load_rules(path, trusted=self.trust)
-        self._models[path] = _stamps(rules) | {path: stamp}
+        self._models[path] = _read_stamps(rules) | {path: stamp}
         self.generation += 1
 
     def reload(self) -> tuple[str, ...]:
-        """Loads all models and scenes again from their files; a line about each that could not be.
+        """Load all models and scenes again from their files; return a line about each that failed.
 
         What cannot be loaded stays as it was.
         """
         problems: list[str] = []
         for path in tuple(self._models):
-            # What is faulty is told here, and not once more when it is found to have changed.
+            # Faults are reported here, and not once more when the file is found to have changed.
             self._models[path] = {file: stamp_of(file) for file in self._models[path]}
             try:
                 self._reload_models(path)
             except InputError as exc:
-                problems.extend(_kept_version(exc))
+                problems.extend(_explain_kept_version(exc))
         for file in self.scene_files:
             try:
                 self.load_scenes([file.path])
@@ -203,17 +203,17 @@ class Session(Closing):
         return tuple(problems)
 
 
-def _stamps(rules: RuleFile) -> Stamps:
+def _read_stamps(rules: RuleFile) -> Stamps:
     return {file: stamp_of(file) for file in rules.files}
 
 
-def _same(one: Stamp | None, other: Stamp | None) -> bool:
+def _is_same(one: Stamp | None, other: Stamp | None) -> bool:
     if one is None or other is None:
         return one is other
     return one.same_content(other)
 
 
-def _kept_version(fault: InputError) -> tuple[str, ...]:
-    """The faults of a new version of a file, a line for each."""
+def _explain_kept_version(fault: InputError) -> tuple[str, ...]:
+    """Return a line for each fault of a new version of a file."""
     *others, last = error_lines(fault)
     return (*others, f"{last} (the version before stays in force)")

@@ -49,7 +49,7 @@ _LEAVING = frozenset({"halt", "quit", "exit", "bye"})
 class Shell:
     """A session with the way its answers are shown: `limit` of them, as text or as JSON.
 
-    At a prompt somebody reads along, who may be told what to do next. `line` is the number of the
+    At a prompt hints are shown what to do next. `line` is the number of the
     line that is being done, in a file; `show_all` shows all of what was last shown in part.
     """
 
@@ -65,7 +65,7 @@ class Shell:
     _known: int = -1
 
     def ask(self, goal: str) -> Outcome:
-        """Shows the answers to a goal. Raises FacetlogError if it cannot be asked."""
+        """Show the answers to a goal. Raise FacetlogError if it cannot be asked."""
         with self.reporting(goal):
             if self.at_prompt and goal in _LEAVING:
                 raise InputError("to leave the shell: :quit, or Ctrl-D")
@@ -87,7 +87,7 @@ class Shell:
 
     @contextmanager
     def reporting(self, asked: str) -> Iterator[None]:
-        """Where answers are JSON, an error raised inside is a line of it as well."""
+        """Write an error raised inside also as a line of JSON, where answers are JSON."""
         try:
             yield
         except FacetlogError as exc:
@@ -96,11 +96,11 @@ class Shell:
             raise
 
     def explain(self, negative: bool, about: str, asked: str, *, full: bool = False) -> Outcome:
-        """Shows why, or why not, or where from, of each scene; errors as for `ask`.
+        """Explain each scene: why, why not, or where from; errors as for `ask`.
 
         `asked` is the whole question, which JSON repeats.
         """
-        ask = self._question(negative, about, full=full)
+        ask = self._parse_question(negative, about, full=full)
         found: list[tuple[str, Explanation]] = []
         absent: QueryError | None = None
         for scene in self.session.scenes:
@@ -120,7 +120,7 @@ class Shell:
         return Outcome.YES if any(e.yes for _, e in found) else Outcome.NO
 
     def _write_explanations(self, asked: str, found: Sequence[Explanation]) -> None:
-        """One object, also of several scenes."""
+        """Write one object, also for several scenes."""
         place = {"goal": asked, **({} if self.line is None else {"line": self.line})}
         if len(self.session.scenes) == 1:
             data = dict(found[0].data)
@@ -136,8 +136,10 @@ class Shell:
             if explanation.hint and self.at_prompt:
                 self.screen.remark(f"why_not {explanation.hint}")
 
-    def _question(self, negative: bool, text: str, *, full: bool) -> Callable[[str], Explanation]:
-        """The explanation of a scene that is asked for, e.g. of `table t2 top=f1` or `f3`."""
+    def _parse_question(
+        self, negative: bool, text: str, *, full: bool
+    ) -> Callable[[str], Explanation]:
+        """Return what explains a scene, e.g. for `table t2 top=f1` or `f3`."""
         words = re.sub(r"\s*=\s*", "=", text).split()
         command = "why_not" if negative else "why"
         if not words:
@@ -157,16 +159,16 @@ class Shell:
     @property
     def names(self) -> Mapping[ArgumentKind, tuple[str, ...]]:
         """The names of the scenes that are asked, by kind."""
-        self._know()
+        self._update_names()
         return self._names
 
     @property
     def words(self) -> tuple[Word, ...]:
         """The words of questions."""
-        self._know()
+        self._update_names()
         return self._words
 
-    def _know(self) -> None:
+    def _update_names(self) -> None:
         if self._known != self.session.generation:
             self._names = scene_names(self.session.base, self.session.scenes)
             self._words = all_words(self.session.base.words())

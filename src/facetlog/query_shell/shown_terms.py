@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
@@ -22,7 +23,7 @@ ARGUMENT = 999
 
 
 def visible(text: str) -> str:
-    """The text with signs for what would control a terminal.
+    """Replace control characters, which would steer a terminal.
 
     >>> visible("a\\x1b[2J")
     'a�[2J'
@@ -31,48 +32,53 @@ def visible(text: str) -> str:
 
 
 def shown(term: Term) -> str:
-    """The term with few quotation marks and with operators between their arguments; exact.
+    """Format a term exactly, with few quotation marks and operators between their arguments.
 
     >>> shown(Struct("-", (Atom("f1"), Struct("angle", (Atom("A b"), 90, 1.5)))))
     "f1-angle('A b', 90, 1.5)"
     """
-    return _text(term, ARGUMENT)
+    return _format_term(term, ARGUMENT)
 
 
-def _text(term: Term, most: int) -> str:
+def _format_term(term: Term, most: int) -> str:
     match term:
         case Atom(name):
             # Beside an operator, symbols would be read as one with it.
             word = name[:1].isalnum() and name not in _BETWEEN
-            return _name(term) if word or most >= ARGUMENT else f"({_name(term)})"
+            return _format_name(term) if word or most >= ARGUMENT else f"({_format_name(term)})"
         case Struct("[|]", (head, tail)):  # a list whose end is not known
             items = [head]
             while isinstance(tail, Struct) and tail.functor == "[|]" and len(tail.args) == 2:
                 head, tail = tail.args
                 items.append(head)
-            return f"[{', '.join(_text(i, ARGUMENT) for i in items)}|{_text(tail, ARGUMENT)}]"
+            return f"[{_join_terms(items)}|{_format_term(tail, ARGUMENT)}]"
         case Struct(functor, (left, right)) if functor in _BETWEEN:
             priority = _BETWEEN[functor]
             space = " " if priority >= 700 or functor.isalpha() else ""
             # A chain as a-b-c is one of differences: (a-b)-c.
-            before = _text(left, priority if functor in _CHAINED else priority - 1)
-            text = f"{before}{space}{functor}{space}{_text(right, priority - 1)}"
+            before = _format_term(left, priority if functor in _CHAINED else priority - 1)
+            text = f"{before}{space}{functor}{space}{_format_term(right, priority - 1)}"
             return text if priority <= most else f"({text})"
         case Struct(functor, args):
-            return f"{_name(Atom(functor))}({', '.join(_text(arg, ARGUMENT) for arg in args)})"
+            return f"{_format_name(Atom(functor))}({_join_terms(args)})"
         case tuple():
-            return f"[{', '.join(_text(item, ARGUMENT) for item in term)}]"
+            return f"[{_join_terms(term)}]"
         case int() | float() if most < ARGUMENT and term < 0:
             return f"({term_text(term)})"
     return term_text(term)
 
 
-def _name(atom: Atom) -> str:
+def _join_terms(terms: Iterable[Term]) -> str:
+    return ", ".join(_format_term(term, ARGUMENT) for term in terms)
+
+
+def _format_name(atom: Atom) -> str:
     return atom.name if _PLAIN.fullmatch(atom.name) else term_text(atom)
 
 
 def term_json(term: Term) -> Any:
-    """The term as plain data: numbers and lists as such, atoms as text, all else as an object.
+    """Convert a term to plain data: numbers and lists as such, atoms as text, all else as an
+    object.
 
     >>> term_json((Atom("f1"), 2, Struct("-", (Atom("a"), "text"))))
     ['f1', 2, {'functor': '-', 'args': ['a', {'string': 'text'}]}]

@@ -27,7 +27,7 @@ MOST_DIGITS = 6
 """Digits after the point that a column may have; what is smaller is written with an exponent."""
 
 DIGITS = 4
-"""Of the greatest number of a column whose deviations are not known."""
+"""Digits of the greatest number of a column whose deviations are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,8 @@ class Table:
         width: int | None = None,
         scenes: Collection[str] = (),
     ) -> None:
-        """`length` is the unit of lengths as they come, `width` the terminal's, None for no limit.
+        """Make a table; `length` is the unit of lengths as they come, `width` the terminal's or
+        None.
 
         They are shown in a unit that suits those of the first block.
 
@@ -69,33 +70,33 @@ class Table:
         self._widths = [0] * len(self.names)
 
     def block(self, rows: Sequence[Sequence[Term]]) -> list[str]:
-        """The lines of some rows."""
-        rows = self._in_units(rows)
-        columns = [self._column(i, rows) for i in range(len(self.names))]
+        """Format some rows as lines."""
+        rows = self._convert_units(rows)
+        columns = [self._format_column(i, rows) for i in range(len(self.names))]
         for i, column in enumerate(columns):
-            cells = map(_cells, (self._heads[i], *column))
+            cells = map(_count_cells, (self._heads[i], *column))
             self._widths[i] = max(self._widths[i], *cells)
-        self._fit()
-        right = self._right(rows)
-        return [self._line(texts, right) for texts in zip(*columns, strict=True)]
+        self._fit_width()
+        right = self._find_numeric(rows)
+        return [self._format_line(texts, right) for texts in zip(*columns, strict=True)]
 
     def head(self, rows: Sequence[Sequence[Term]]) -> list[str]:
-        """The two lines above the table; to be called after the first block, given its rows."""
+        """Return the two lines above the table; call it after the first block, with its rows."""
         rule = ["─" * width for width in self._widths]
-        return [self._line(self._heads, self._right(rows)), GAP.join(rule)]
+        return [self._format_line(self._heads, self._find_numeric(rows)), GAP.join(rule)]
 
     def cells(
         self, rows: Sequence[Sequence[Term]]
     ) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
-        """The heads of the columns and the cells of some rows, none cut."""
-        rows = self._in_units(rows)
-        columns = [self._column(i, rows) for i in range(len(self.names))]
+        """Return the heads of the columns and the cells of some rows, none cut."""
+        rows = self._convert_units(rows)
+        columns = [self._format_column(i, rows) for i in range(len(self.names))]
         return self._heads, tuple(zip(*columns, strict=True))
 
     def values(self, row: Sequence[Term]) -> tuple[str, ...]:
-        """The values of one row, each with its unit."""
-        rows = self._in_units([row])
-        texts = (self._column(i, rows)[0] for i in range(len(self.names)))
+        """Format the values of one row, each with its unit."""
+        rows = self._convert_units([row])
+        texts = (self._format_column(i, rows)[0] for i in range(len(self.names)))
         return tuple(map(with_unit, texts, (unit.name for unit in self._units)))
 
     def unit_notes(self) -> Iterator[str]:
@@ -112,8 +113,8 @@ class Table:
             for name, unit in zip(self.names, self._units, strict=True)
         )
 
-    def _in_units(self, rows: Sequence[Sequence[Term]]) -> list[tuple[Term, ...]]:
-        """The rows with lengths and areas in the units of the table, chosen by the first rows."""
+    def _convert_units(self, rows: Sequence[Sequence[Term]]) -> list[tuple[Term, ...]]:
+        """Convert lengths and areas to the table's units, which the first rows determine."""
         if not self._units:
             of_sign = {
                 sign: suiting(
@@ -137,37 +138,37 @@ class Table:
             for row in rows
         ]
 
-    def _right(self, rows: Sequence[Sequence[Term]]) -> tuple[bool, ...]:
+    def _find_numeric(self, rows: Sequence[Sequence[Term]]) -> tuple[bool, ...]:
         return tuple(
             all(_is_number(row[i]) for row in rows) if rows else False
             for i in range(len(self.names))
         )
 
-    def _line(self, texts: Sequence[str], right: Sequence[bool]) -> str:
+    def _format_line(self, texts: Sequence[str], right: Sequence[bool]) -> str:
         cells = []
         for text, width, at_right in zip(texts, self._widths, right, strict=True):
-            if _cells(text) > width:
+            if _count_cells(text) > width:
                 text = set_cell_size(text, width - 1) + "…"
                 self.is_cut = True
-            space = " " * (width - _cells(text))
+            space = " " * (width - _count_cells(text))
             cells.append(space + text if at_right else text + space)
         return GAP.join(cells).rstrip()
 
-    def _fit(self) -> None:
-        """Cuts the widest columns until the table fits the terminal."""
+    def _fit_width(self) -> None:
+        """Cut the widest columns until the table fits the terminal."""
         if self._limit is None:
             return
         spare = self._limit - len(GAP) * (len(self._widths) - 1)
         while sum(self._widths) > spare and max(self._widths) > NARROWEST:
             self._widths[self._widths.index(max(self._widths))] -= 1
 
-    def _column(self, i: int, rows: Sequence[Sequence[Term]]) -> list[str]:
+    def _format_column(self, i: int, rows: Sequence[Sequence[Term]]) -> list[str]:
         meaning, sd = self._meanings[i], self._sds[i]
         is_sd = meaning is not None and meaning.is_sd
         if self.names[i] == SCENE:  # a name, not a term to be typed again
             return [visible(str(row[i])) for row in rows]
-        digits = _digits([row[i] for row in rows])
-        cells = [self._cell(row[i], _spread(row, i, sd, is_sd=is_sd), digits) for row in rows]
+        digits = _count_digits([row[i] for row in rows])
+        cells = [self._cell(row[i], _find_spread(row, i, sd, is_sd=is_sd), digits) for row in rows]
         points = [cell.before_point for cell in cells]
         if not cells or None in points:
             return [cell.text for cell in cells]
@@ -185,14 +186,14 @@ def _is_number(term: Term) -> bool:
     return isinstance(term, int | float | Fraction)
 
 
-def _spread(row: Sequence[Term], i: int, sd: int | None, *, is_sd: bool) -> float:
-    """By what a number is rounded: its deviation, which for a deviation is itself; 0 if none."""
+def _find_spread(row: Sequence[Term], i: int, sd: int | None, *, is_sd: bool) -> float:
+    """Return the deviation by which a number is rounded, of a deviation itself; 0 if none."""
     spread = row[i] if is_sd else row[sd] if sd is not None else 0.0
     return spread if isinstance(spread, float) and math.isfinite(spread) else 0.0
 
 
-def _digits(values: Sequence[Term]) -> int:
-    """Digits after the point that show four of the greatest number."""
+def _count_digits(values: Sequence[Term]) -> int:
+    """Return the digits after the point that show four of the greatest number."""
     sizes = [abs(v) for v in values if isinstance(v, float) and math.isfinite(v)]
     greatest = max(sizes, default=0.0)
     return DIGITS - 1 - math.floor(math.log10(greatest)) if greatest > 0 else 0
@@ -201,7 +202,7 @@ def _digits(values: Sequence[Term]) -> int:
 def _cell(value: Term, spread: float, digits: int) -> _Cell:
     match value:
         case float():
-            text = _float(value, spread, digits)
+            text = _format_float(value, spread, digits)
         case int() | Fraction():
             text = shown(value)
         case _:
@@ -210,8 +211,8 @@ def _cell(value: Term, spread: float, digits: int) -> _Cell:
     return _Cell(text, len(text) if point < 0 else point)
 
 
-def _float(value: float, spread: float, digits: int) -> str:
-    """The number rounded to the second digit of its deviation; without one, as its column is."""
+def _format_float(value: float, spread: float, digits: int) -> str:
+    """Round a number to the second digit of its deviation; without one, as its column."""
     if spread > 0:
         digits = 1 - math.floor(math.log10(spread))
     if digits > MOST_DIGITS or not math.isfinite(value):
@@ -223,6 +224,6 @@ def _float(value: float, spread: float, digits: int) -> str:
     return text.removeprefix("-") if spread > 0 or value == 0 else f"{value:.1e}"
 
 
-def _cells(text: str) -> int:
-    """How many cells of a terminal the text takes; most are plain, and need no look at each."""
+def _count_cells(text: str) -> int:
+    """Count the cells of a terminal that a text takes; ASCII needs no look at each character."""
     return len(text) if text.isascii() else cell_len(text)

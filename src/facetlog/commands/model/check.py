@@ -1,4 +1,4 @@
-"""`facetlog model check`: all faults of model files, each with its place and the way out."""
+"""`facetlog model check`: report all faults of model files, each with its place and the way out."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
@@ -11,7 +11,10 @@ import typer
 from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
+from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.perception.atomic_write import write_whole
+from facetlog.terminal import note
 
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
@@ -22,7 +25,7 @@ __all__ = ["analysed", "check_command", "checked"]
 
 
 class Output(StrEnum):
-    """How faults are reported."""
+    """Formats of the report."""
 
     TEXT = "text"
     JSON = "json"
@@ -36,30 +39,30 @@ def check_command(
     output: Annotated[
         Output,
         typer.Option(
-            "--output", help="For readers, for programs, for code hosts, for build servers."
+            "--output",
+            help="Format: text, json, sarif (for code hosts) or junit (for build servers).",
         ),
     ] = Output.TEXT,
     warnings_as_errors: Annotated[
-        bool, typer.Option("--warnings-as-errors", help="End with 1 for warnings as well.")
+        bool, typer.Option("--warnings-as-errors", help="Exit with 1 for warnings, too.")
     ] = False,
     fix: Annotated[
-        bool, typer.Option("--fix", help="First put right what is sure, in the files themselves.")
+        bool, typer.Option("--fix", help="First apply sure fixes to the files.")
     ] = False,
     limits: Annotated[
-        bool, typer.Option("--limits", help="Then each limit, and from where to where it fades.")
+        bool,
+        typer.Option("--limits", help="Also list each limit with the range over which it fades."),
     ] = False,
     watch: Watch = False,
 ) -> int:
-    """Tells all faults of model files.
+    """Check model files and report all faults.
 
     Exit code 0: no errors, 1: there are some, 2: a file cannot be read.
     """
     if fix and watch:
         raise InputError("--fix without --watch: files that are being edited are not rewritten")
     if fix:
-        from facetlog.commands.model.fix import fix_files
-
-        fix_files(model_files(files))
+        _fix_files(model_files(files))
     if limits and output is not Output.TEXT:
         raise InputError(f"--limits is for readers: leave out --output {output.value}")
     run = partial(_check, files, output, warnings_as_errors=warnings_as_errors, limits=limits)
@@ -83,9 +86,9 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, li
         read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend((*faults, *same_names.faults(analysis)))
         if limits:
-            shown += _limits(analysis)
+            shown += _list_limits(analysis)
     faults = distinct(found)
-    typer.echo(_written(output, paths, faults, read, warnings_as_errors=warnings_as_errors))
+    typer.echo(_format_faults(output, paths, faults, read, warnings_as_errors=warnings_as_errors))
     for line in shown:
         typer.echo(line)
     if any(fault.code == "unreadable" for fault in faults):
@@ -94,14 +97,40 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, li
     return Ran(NO if bad else YES, frozenset(used))
 
 
-def _limits(analysis: "Analysis") -> Iterator[str]:
+def _fix_files(paths: Sequence[Path]) -> None:
+    """Rewrite each file that has a sure fix, and report what was done.
+
+    Raise InputError for standard input, and for a file that cannot be written.
+    """
+    from facetlog.grammar.fix_all import fixed
+
+    if any(map(is_stdin, paths)):
+        raise InputError("--fix needs files: what is read from standard input cannot be put right")
+    for path in paths:
+        before = analysed(path)
+        if any(fault.code == "unreadable" for fault in before.faults):
+            continue  # the check tells it
+        found = fixed(before.file.source.text, partial(_find_faults, path))
+        if found.text == before.file.source.text:
+            continue
+        write_whole(path, found.text.encode())
+        for one in found.done:
+            note(f"{path}:{one.line}:{one.column}: {one.title} [{one.code}]")
+        note(f"{path}: {many(len(found.done), 'fault')} put right")
+
+
+def _find_faults(path: Path, text: str) -> "tuple[Fault, ...]":
+    return checked(path, text)[1]
+
+
+def _list_limits(analysis: "Analysis") -> Iterator[str]:
     from facetlog.commands.model.fault_text import plain
     from facetlog.grammar.limits import limits
 
     return (plain(str(limit)) for limit in limits(analysis))
 
 
-def _written(
+def _format_faults(
     output: Output,
     paths: Sequence[Path],
     faults: "Sequence[Fault]",
@@ -109,7 +138,7 @@ def _written(
     *,
     warnings_as_errors: bool,
 ) -> str:
-    """The faults in one of the outputs; what writes the others is not loaded."""
+    """Format the faults for an output; what writes the others is not loaded."""
     match output:
         case Output.TEXT:
             from facetlog.commands.model.fault_text import faults_text

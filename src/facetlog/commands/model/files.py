@@ -13,7 +13,7 @@ __all__ = ["STDIN", "Files", "is_stdin", "model_files", "stdin_text"]
 SUFFIX = ".model"
 
 STDIN = Path("<stdin>")
-"""What the text on standard input is called; what it uses is looked for where the command runs."""
+"""Name of the text on standard input; files that it uses are relative to the current folder."""
 
 Files = Annotated[
     list[str],
@@ -28,43 +28,43 @@ _MAGIC = frozenset("*?[")
 
 
 def is_stdin(path: Path) -> bool:
-    """Whether the path stands for standard input."""
+    """Return whether the path stands for standard input."""
     return path == STDIN
 
 
 def model_files(arguments: Sequence[str]) -> tuple[Path, ...]:
-    """The model files that these files, folders, patterns and "-" name, each once.
+    """Return the model files that these files, folders, patterns and "-" name, each once.
 
     Folders and patterns in alphabetical order, without hidden folders. A file that is not there is
     among them: reading it will say so. Raises InputError for a folder or pattern without models.
     """
     found: list[Path] = []
     for argument in arguments:
-        found.extend(_named(argument))
+        found.extend(_resolve_argument(argument))
     return tuple(dict.fromkeys(found))
 
 
-def _named(argument: str) -> tuple[Path, ...]:
+def _resolve_argument(argument: str) -> tuple[Path, ...]:
     if argument == "-":
         return (STDIN,)
     path = Path(argument)
     try:
         if path.is_dir():
-            return _inside(path, f"**/*{SUFFIX}", f"{path}: the folder has no {SUFFIX} files")
+            return _match_inside(path, f"**/*{SUFFIX}", f"{path}: the folder has no {SUFFIX} files")
         exists = path.exists()
     except (OSError, ValueError) as exc:  # too long for a file's name, or with a NUL
         raise InputError(f"{argument!r} is no file: {exc}") from exc
     if not exists and _MAGIC & set(argument):
         base = Path(path.anchor) if path.is_absolute() else Path()
         pattern = str(path.relative_to(path.anchor))
-        return _inside(base, pattern, f"{argument}: no {SUFFIX} file is called so")
+        return _match_inside(base, pattern, f"{argument}: no {SUFFIX} file is called so")
     if path.suffix == ".pl":
         raise InputError(f"{path} is Prolog, no {SUFFIX} file: it is checked when it is loaded")
     return (path,)
 
 
-def _inside(folder: Path, pattern: str, nothing: str) -> tuple[Path, ...]:
-    """The model files of a folder that a pattern names; InputError with `nothing` if none."""
+def _match_inside(folder: Path, pattern: str, nothing: str) -> tuple[Path, ...]:
+    """Return the model files in a folder that match a pattern; InputError (`nothing`) if none."""
     try:
         paths = sorted(folder.glob(pattern))
     except (OSError, ValueError, NotImplementedError) as exc:
@@ -82,7 +82,7 @@ def _inside(folder: Path, pattern: str, nothing: str) -> tuple[Path, ...]:
 
 
 def stdin_text() -> str:
-    """The text on standard input; InputError if it is not UTF-8 or far too long for a model."""
+    """Read standard input; raise InputError if it is not UTF-8 or far too long for a model."""
     from facetlog.grammar.reading.parse import LARGEST
 
     # Four bytes a character at most; one more shows that it is too long, and parse says so.

@@ -1,4 +1,4 @@
-"""`facetlog model format`: model files in their canonical layout."""
+"""`facetlog model format`: lay out model files."""
 
 from functools import partial
 from pathlib import Path
@@ -6,10 +6,11 @@ from typing import Annotated
 
 import typer
 
-from facetlog.commands.model.fault_text import counted, plain
+from facetlog.commands.model.fault_text import plain
 from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
 from facetlog.commands.model.watch import Ran, Watch, watched
 from facetlog.commands.shared import NO, YES, command
+from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.perception.atomic_write import write_whole
 from facetlog.terminal import error, note, one_line
@@ -21,46 +22,46 @@ __all__ = ["format_command"]
 def format_command(
     files: Files,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; name the files that would change.")
+        bool, typer.Option("--check", help="Write nothing; list the files that would change.")
     ] = False,
     diff: Annotated[
-        bool, typer.Option("--diff", help="Write nothing; show what would change.")
+        bool, typer.Option("--diff", help="Write nothing; show the changes as a diff.")
     ] = False,
     watch: Watch = False,
 ) -> int:
-    """Lays model files out; standard input goes to standard output.
+    """Lay out model files; standard input goes to standard output.
 
-    Exit code 0: done, 1: a file would change or has faults, which leave it as it is, 2: a file
-    cannot be read or written.
+    Exit code 0: done, 1: a file would change, or has faults and is left unchanged, 2: a file cannot
+    be read or written.
     """
     if watch and not check:
         raise InputError("--watch needs --check: files that are being edited are not rewritten")
-    run = partial(_format, files, check=check, diff=diff)
+    run = partial(_format_all, files, check=check, diff=diff)
     return watched(run, partial(model_files, files), watch=watch)
 
 
-def _format(arguments: list[str], *, check: bool, diff: bool) -> Ran:
+def _format_all(arguments: list[str], *, check: bool, diff: bool) -> Ran:
     paths = model_files(arguments)
-    codes = [_formatted(path, check=check, diff=diff) for path in paths]
+    codes = [_format_file(path, check=check, diff=diff) for path in paths]
     return Ran(max(codes), frozenset(paths))
 
 
-def _formatted(path: Path, *, check: bool, diff: bool) -> int:
-    """The exit code of one file; those after it are laid out whatever came of it."""
+def _format_file(path: Path, *, check: bool, diff: bool) -> int:
+    """Lay out one file and return the exit code."""
     from facetlog.grammar.faults import Severity
     from facetlog.grammar.format import differences, formatted
     from facetlog.grammar.reading.parse import parse
     from facetlog.grammar.source import Source
 
     try:
-        before = stdin_text() if is_stdin(path) else _text(path)
+        before = stdin_text() if is_stdin(path) else _read_model(path)
     except InputError as exc:
         error(str(exc))
         return exc.exit_code
     source = Source(str(path), before)
     faults = [fault for fault in parse(source).faults if fault.severity is Severity.ERROR]
     if faults:
-        said = f"{counted(len(faults), 'fault')}, the first at {faults[0].place}"
+        said = f"{many(len(faults), 'fault')}, the first at {faults[0].place}"
         note(f"{path} is left as it is: it has {said}: {faults[0].message}")
         if is_stdin(path) and not (check or diff):
             typer.echo(before, nl=False)
@@ -81,7 +82,7 @@ def _formatted(path: Path, *, check: bool, diff: bool) -> int:
     return YES
 
 
-def _text(path: Path) -> str:
+def _read_model(path: Path) -> str:
     from facetlog.grammar.library import read_text
 
     try:

@@ -33,7 +33,7 @@ _DIMENSIONS = {
 
 @cache
 def builder_sizes() -> "Builders":
-    """The sizes of all builders of exact scenes, as the language names dimensions."""
+    """Return the sizes of all builders of exact scenes, with the dimensions of the language."""
     from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 
     return {
@@ -43,7 +43,8 @@ def builder_sizes() -> "Builders":
 
 
 def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
-    """The facts of an example's scene but those on demand; a file's path is beside the model file.
+    """Return the facts of an example's scene except those on demand; files are relative to the
+    model file.
 
     Raises InputError for a file that is no scene, and for sizes that nothing can have.
     """
@@ -51,19 +52,19 @@ def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Itera
         return labelled_facts(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import scene_facts
 
-    return tuple(fact.row for fact in scene_facts(_built(scene)))
+    return tuple(fact.row for fact in scene_facts(_build_scene(scene)))
 
 
 def example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
-    """The facts that `example_facts` leaves out."""
+    """Return the facts that `example_facts` leaves out."""
     if isinstance(scene, s.SceneFile):
         return labelled_on_demand(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import facts_on_demand
 
-    return tuple(fact.row for fact in facts_on_demand(_built(scene)))
+    return tuple(fact.row for fact in facts_on_demand(_build_scene(scene)))
 
 
-def _built(scene: s.SceneBuilt) -> "Scene":
+def _build_scene(scene: s.SceneBuilt) -> "Scene":
     from facetlog.perception.surfaces.exact_solids.builders import build
 
     try:
@@ -73,7 +74,7 @@ def _built(scene: s.SceneBuilt) -> "Scene":
 
 
 def labelled_facts(path: Path) -> "Iterable[Fact]":
-    """The facts of a scene file, or of a folder that -o wrote, but those on demand.
+    """Return the facts of a scene file, or of a folder that -o wrote, except those on demand.
 
     Raises InputError if it is none.
     """
@@ -81,5 +82,5 @@ def labelled_facts(path: Path) -> "Iterable[Fact]":
 
 
 def labelled_on_demand(path: Path) -> "Iterable[Fact]":
-    """The facts that `labelled_facts` leaves out."""
+    """Return the facts that `labelled_facts` leaves out."""
     return scene_file(path).facts_on_demand()

@@ -19,7 +19,7 @@ from facetlog.terminal import error, error_lines, note
 __all__ = ["Ran", "Watch", "changes", "watched"]
 
 LOOK_AGAIN_MS = 1000
-"""How often files are looked at even if nothing was reported.
+"""Interval at which files are checked even without events.
 
 Network and shared file systems report no changes; the price is a few calls of stat a second.
 """
@@ -36,14 +36,15 @@ Wait = Callable[[frozenset[Path]], None]
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """What came of one run: the exit code, and all files that it depends on."""
+    """Result of one run: the exit code, and all files that it depends on."""
 
     code: int
     files: frozenset[Path]
 
 
 def watched(run: Callable[[], Ran], named: Callable[[], Iterable[Path]], *, watch: bool) -> int:
-    """The exit code of one run; with `watch` it runs again at every change until Ctrl-C.
+    """Run a command and return its exit code; with `watch` run it again at every change until
+    Ctrl-C.
 
     `named` says which files the arguments name now: new ones in a folder count as a change. An
     error of a run is reported, and the next change awaited.
@@ -60,9 +61,9 @@ def _run_for_ever(run: Callable[[], Ran], named: Callable[[], Iterable[Path]]) -
     used: frozenset[Path] = frozenset()
 
     def files() -> frozenset[Path]:
-        return used | _named_now(named)
+        return used | _list_named(named)
 
-    before = _stamps(files())
+    before = _read_stamps(files())
     while True:
         try:
             used = run().files
@@ -72,50 +73,50 @@ def _run_for_ever(run: Callable[[], Ran], named: Callable[[], Iterable[Path]]) -
         sys.stdout.flush()  # who reads a pipe wants the result now
         note(f"watching {many(len(files()), 'file')}; Ctrl-C ends it")
         # What changed while the run went on is run again: files known before keep their stamps.
-        before = next(changes(files, {**_stamps(files()), **before}))
+        before = next(changes(files, {**_read_stamps(files()), **before}))
 
 
-def _named_now(named: Callable[[], Iterable[Path]]) -> frozenset[Path]:
+def _list_named(named: Callable[[], Iterable[Path]]) -> frozenset[Path]:
     try:
         return frozenset(named())
     except InputError:
         return frozenset()  # a folder from which the last model went
 
 
-def _stamps(files: Iterable[Path], before: Stamps | None = None) -> Stamps:
+def _read_stamps(files: Iterable[Path], before: Stamps | None = None) -> Stamps:
     return {path: stamp_of(path, (before or {}).get(path)) for path in files}
 
 
 def changes(
     files: Callable[[], frozenset[Path]], before: Stamps, wait: Wait | None = None
 ) -> Iterator[Stamps]:
-    """The stamps of the files each time that one differs from before, came or went.
+    """Yield the stamps of the files each time that one has changed, come or gone.
 
     Stamps decide; what the file system reports only wakes earlier.
     """
     wait = wait or wait_for_events
     while True:
-        now = _stamps(files(), before)
-        if _differ(before, now):
+        now = _read_stamps(files(), before)
+        if _have_changed(before, now):
             yield now
         before = now
         wait(frozenset(path.absolute().parent for path in now))
 
 
-def _differ(before: Stamps, now: Stamps) -> bool:
+def _have_changed(before: Stamps, now: Stamps) -> bool:
     return before.keys() != now.keys() or any(
-        not _same(stamp, now[path]) for path, stamp in before.items()
+        not _is_same(stamp, now[path]) for path, stamp in before.items()
     )
 
 
-def _same(one: Stamp | None, other: Stamp | None) -> bool:
+def _is_same(one: Stamp | None, other: Stamp | None) -> bool:
     if one is None or other is None:
         return one is other
     return one.same_content(other)
 
 
 def wait_for_events(folders: frozenset[Path]) -> None:
-    """Returns at the next event in one of the folders, at the latest after LOOK_AGAIN_MS.
+    """Wait for the next event in one of the folders, at most LOOK_AGAIN_MS.
 
     Folders are watched, not files: editors save by putting another file in their place.
     """

@@ -1,1 +1,0 @@
-"""`facetlog mat`: the mat to print, and whether pictures of it suffice."""
