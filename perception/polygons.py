@@ -97,6 +97,8 @@ def join_triangles(triangles: FloatArray) -> shapely.Geometry:
         return find_union(shapes)
 
 
+# GEOS sets the flags of coordinates near the least number.
+@np.errstate(divide="ignore", invalid="ignore")
 def triangulate(polygons: Any) -> FloatArray:
     """Return triangles (n, 3, 2) that fill polygons; either way round."""
     sound = make_valid(polygons)
