@@ -97,9 +97,18 @@ def join_triangles(triangles: FloatArray) -> shapely.Geometry:
         return find_union(shapes)
 
 
+# GEOS sets the flags of coordinates near the least number.
+@np.errstate(divide="ignore", invalid="ignore")
 def triangulate(polygons: Any) -> FloatArray:
     """Return triangles (n, 3, 2) that fill polygons; either way round."""
-    flat = shapely.get_parts(shapely.constrained_delaunay_triangles(make_valid(polygons)))
+    sound = make_valid(polygons)
+    try:
+        found = shapely.constrained_delaunay_triangles(sound)
+    except GEOSException as exc:
+        _LOG.debug("triangles of rounded polygons: %s", exc)
+        grid = GRID_SHARE * float(np.nanmax(np.abs(shapely.bounds(sound)), initial=0.0))
+        found = shapely.constrained_delaunay_triangles(shapely.set_precision(sound, grid))
+    flat = shapely.get_parts(found)
     corners: FloatArray = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
     return corners
 

@@ -14,11 +14,9 @@ import facetlog.perception
 from facetlog.perception.line_drawing import LineDrawing
 from facetlog.perception.polygons import (
     find_difference,
-    find_enclosed_area,
     find_intersection,
     find_symmetric_difference,
     find_union,
-    join_triangles,
     make_polygon,
     make_valid,
     triangulate,
@@ -74,17 +72,6 @@ def test_what_a_crossed_loop_goes_round_stays() -> None:
     slit = np.concatenate([4.0 * SQUARE, [[0.0, 0.0]], (1.0 + SQUARE)[[0, 3, 2, 1, 0]]])
     assert make_polygon(slit).area == pytest.approx(15.0)
     assert make_polygon(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_empty
-
-
-@given(arrays(np.float64, (6, 3, 2), elements=PLACES))
-def test_any_triangles_are_joined(triangles: FloatArray) -> None:
-    assert join_triangles(triangles).area >= 0.0
-
-
-@given(arrays(np.float64, (8, 2, 2), elements=PLACES))
-def test_any_segments_enclose_an_area_or_none(segments: FloatArray) -> None:
-    area = find_enclosed_area(segments)
-    assert area is None or area.area <= np.ptp(segments.reshape(-1, 2), axis=0).prod() + 1e-9
 
 
 @given(

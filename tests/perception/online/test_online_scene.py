@@ -6,9 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.line_front_end.faces_from_lines import prepared_pictures
-from facetlog.perception.online.online_scene import KEY_VIEWS, KeyViews, OnlineScene
-from facetlog.perception.step_clock import StepClock
+from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Pose
 from facetlog.robot.rendering.worlds import make_world
@@ -58,18 +56,6 @@ def test_without_polish_corners_are_nearly_as_good_as_of_all_views_at_once(run):
 
 
 @pytest.mark.slow
-def test_polished_it_is_the_scene_of_all_views_at_once():
-    views = tour("block")[::4]
-    online = OnlineScene(name="block", up=UP)
-    for view in views:
-        online.add(view)
-    online.finish(polish=True)
-    batch = reconstruct(views, name="block", up=UP)
-    assert [f.outline for f in online.scene.faces] == [f.outline for f in batch.faces]
-    np.testing.assert_allclose(online.scene.points, batch.points, atol=1e-9)
-
-
-@pytest.mark.slow
 def test_a_view_with_a_wrong_pose_changes_no_corner_and_is_named():
     views = list(tour("block")[::2])
     angle = np.radians(4.0)
@@ -94,17 +80,6 @@ def test_a_view_that_has_the_corners_elsewhere_is_refused(run):
     assert not update.used
     assert update.problem.startswith("shifted.png contradicts")
     assert online.scene is scene
-
-
-@pytest.mark.slow
-def test_of_many_views_those_are_kept_that_differ_most():
-    views = tour("block")
-    key = KeyViews()
-    for view in [*views, *views[:4], *views[:4]]:
-        key.add(view, prepared_pictures([view], StepClock()))
-    assert len(key.views) == len(key.looked.views) == KEY_VIEWS
-    assert not key.complete
-    assert {v.name for v in key.views} == {v.name for v in views}
 
 
 @pytest.mark.slow

@@ -14,7 +14,6 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import UP_OF_GROUND, reconstruct
 from facetlog.perception.types import (
-    Camera,
     FloatArray,
     Pose,
     PoseErrorKind,
@@ -151,25 +150,6 @@ def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
     assert away.max() < 0.02
 
 
-@pytest.mark.parametrize("front_end", FRONT_ENDS)
-def test_two_views_are_no_contradiction(front_end: str) -> None:
-    scene = scene_of((tour("block")[0], tour("block")[3]), front_end)
-    # Lines need a third view to confirm them; labelled vertices do not.
-    assert len(scene.views) == 2
-    if scene.vertices:
-        assert errors(scene).max() < 1.0
-
-
-@pytest.mark.slow
-def test_a_black_picture_is_named_and_the_rest_used() -> None:
-    first, *rest = tour("block")
-    black = replace(first, image=np.zeros_like(first.image))
-    scene = scene_of((black, *rest), "lines")
-    assert rms(scene) < 0.1
-    assert scene.views == tuple(v.name for v in rest)
-    assert scene.warnings == (f"{first.name}: black, left out",)
-
-
 @pytest.mark.slow
 def test_one_picture_at_all_poses_is_named_as_what_contradicts_them() -> None:
     first = tour("block")[0]
@@ -190,16 +170,16 @@ def test_pictures_without_anything_are_reported() -> None:
 
 @pytest.mark.parametrize(("turn", "scale"), [(-1.0, 1.0), (1.0, 1e30)])
 def test_one_gross_pose_is_named_and_the_rest_used(turn: float, scale: float) -> None:
-    views = list(tour("block"))
-    pose = views[7].pose
+    views = list(tour("block")[::2])
+    pose = views[5].pose
     wrong = Pose(pose.rotation @ np.diag([turn, 1.0, turn]), scale * pose.centre)
-    views[7] = replace(views[7], pose=wrong)
+    views[5] = replace(views[5], pose=wrong)
     scene = scene_of(tuple(views), "lines")
     assert rms(scene) < 0.1
     assert loops(scene) == loops(block_scene("lines"))
     (warning,) = scene.warnings
-    assert warning.startswith(f"{views[7].name}: pose and picture contradict the other views")
-    assert views[7].name not in scene.views
+    assert warning.startswith(f"{views[5].name}: pose and picture contradict the other views")
+    assert views[5].name not in scene.views
 
 
 def test_many_pictures_from_two_places_are_too_few_views_and_no_contradiction() -> None:
@@ -208,19 +188,6 @@ def test_many_pictures_from_two_places_are_too_few_views_and_no_contradiction() 
     assert not scene.faces
     (warning,) = scene.warnings
     assert "at least three views from different places" in warning
-
-
-@pytest.mark.slow
-def test_cameras_of_different_sizes_are_used_together() -> None:
-    other = Camera(560, 400, 520.0, 520.0, 270.0, 205.0)
-    seen = views_of(make_world("block"), tour_poses()[1::2], other, seed=5)
-    views = list(tour("block"))
-    views[1::2] = [replace(v, name=f"other {v.name}") for v in seen]
-    scene = scene_of(tuple(views), "lines")
-    assert loops(scene) == loops(block_scene("lines"))
-    assert rms(scene) < 0.1
-    sizes = {views[o.view].camera.width for v in scene.vertices for o in v.observations}
-    assert sizes == {640, 560}
 
 
 @pytest.mark.slow

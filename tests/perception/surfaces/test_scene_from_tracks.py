@@ -15,7 +15,6 @@ from facetlog.perception.types import (
     FloatArray,
     Observation,
     Pose,
-    PositionLabel,
     Track,
     View,
 )
@@ -101,6 +100,12 @@ def test_the_scene_is_the_block() -> None:
     assert len(scene.edges) == 12
     assert scene.views == tuple(v.name for v in views)
     assert {e.support for e in scene.edges} == {0.8}
+    for face in scene.faces:
+        corners = scene.points[list(face.outline)]
+        newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        assert newell @ face.plane.normal > 0
+        assert face.plane.distance(scene.points.mean(axis=0)) < 0
+        assert np.abs(face.plane.distance(corners)).max() < 0.05
 
 
 @pytest.mark.parametrize("px", [0.0, 1.0])
@@ -144,18 +149,6 @@ def test_angles_of_planes_are_honest_where_all_poses_are_off() -> None:
                     variance = other.normal @ a @ other.normal + one.normal @ b @ one.normal
                     square.append(cosine**2 / variance)
     assert 0.3 < np.mean(square) < 1.6
-
-
-def test_faces_run_counter_clockwise_about_their_outward_normals() -> None:
-    views = cameras()
-    scene = scene_of(tracked(views), views)
-    middle = scene.points.mean(axis=0)
-    for face in scene.faces:
-        corners = scene.points[list(face.outline)]
-        newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-        assert newell @ face.plane.normal > 0
-        assert face.plane.distance(middle) < 0
-        assert np.abs(face.plane.distance(corners)).max() < 0.05
 
 
 def test_views_from_one_place_share_one_error() -> None:
@@ -274,17 +267,6 @@ def test_a_face_whose_plane_is_shifted_and_not_tilted_is_as_level_as_its_plane()
     (before,) = (f for f in free.faces if set(f.outline) == set(top.tolist()))
     tilt = [np.sqrt(np.linalg.eigvalsh(f.plane.cov[:3, :3])[2]) for f in (face, before)]
     assert tilt[0] < 0.3 * tilt[1]
-
-
-def test_labels_and_warnings_are_handed_on() -> None:
-    views = cameras()
-    found = tracked(views)
-    label = PositionLabel.FRONT_LEFT_TOP
-    named = Track(found.tracks[2].observations, label)
-    tracks = (*found.tracks[:2], named, *found.tracks[3:])
-    scene = scene_of(replace(found, tracks=tracks, warnings=("look",)), views)
-    assert [v.label for v in scene.vertices] == [None, None, label, *[None] * 5]
-    assert scene.warnings == ("look",)
 
 
 def test_loose_edges_are_kept_beside_the_faces_sides() -> None:

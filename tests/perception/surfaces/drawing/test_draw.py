@@ -10,10 +10,9 @@ import pytest
 
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Edge, Evidence, Face, Plane, Scene, Vertex
-from facetlog.perception.surfaces.drawing.draw import contact_sheet, draw_scene
-from facetlog.perception.surfaces.drawing.frustum import Frustum
+from facetlog.perception.surfaces.drawing.draw import draw_scene
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
-from facetlog.perception.surfaces.drawing.lettering import ColourImage, Lettering
+from facetlog.perception.surfaces.drawing.lettering import ColourImage
 from facetlog.perception.types import Camera, FloatArray, Observation, Pose, View
 
 LOOPS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -105,36 +104,6 @@ def test_a_camera_inside_or_touching_the_thing_can_be_drawn(
     centre: tuple[float, float, float],
 ) -> None:
     assert draw_scene(_view(centre), _scene(UNIT_CUBE)).any()
-
-
-def test_clipping_keeps_what_is_in_view() -> None:
-    view = _view((4.0, 3.0, 2.5))
-    frustum = Frustum(view.camera, view.pose)
-    ring = UNIT_CUBE[:4]
-    expected = (view.projection @ np.column_stack([ring, np.ones(4)]).T).T
-    np.testing.assert_allclose(frustum.polygon(ring), expected[:, :2] / expected[:, 2:])
-    assert len(frustum.polygon(ring + np.full(3, 20.0))) == 0  # behind the camera
-    assert frustum.segment([20.0, 20.0, 20.0], [21.0, 20.0, 20.0]) is None
-    through = frustum.segment([0.5, 0.5, 0.5], [20.0, 20.0, 20.0])  # from the scene to behind
-    assert through is not None
-    assert np.isfinite(frustum.pixels(through)).all()
-
-
-def test_words_do_not_overlap() -> None:
-    image = np.zeros((100, 100, 3), dtype=np.uint8)
-    lettering = Lettering(image)
-    assert lettering.place("f1", ((50.0, 50.0),), 12.0, (255, 255, 255))
-    assert not lettering.place("f2", ((52.0, 52.0),), 12.0, (255, 255, 255))
-    assert not lettering.place("f3", ((99.0, 50.0),), 12.0, (255, 255, 255))  # leaves the picture
-
-
-def test_a_sheet_holds_pictures_of_different_shapes() -> None:
-    wide = np.full((30, 90, 3), 200, np.uint8)
-    tall = np.full((90, 30, 3), 200, np.uint8)
-    sheet = contact_sheet([wide, tall, wide, wide], width=300)
-    assert sheet.shape[1] == 300
-    with pytest.raises(ValueError, match="at least one"):
-        contact_sheet([])
 
 
 def test_a_real_cube_is_tinted_where_the_picture_shows_it() -> None:

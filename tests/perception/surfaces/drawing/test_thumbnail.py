@@ -47,13 +47,6 @@ def test_the_unit_of_length_and_the_place_do_not_matter() -> None:
     assert np.abs(_picture(_ball(1e6)).astype(int) - _picture(_ball(1e-6))).mean() < 0.5
 
 
-def test_what_is_nearer_hides_what_is_behind() -> None:
-    # Seen from above, the top face of a block is whole: no side shows through.
-    picture = _picture(cuboid(1.0, 1.0, 0.01))
-    middle = picture[50:70, 50:70, :3].reshape(-1, 3)
-    assert len(np.unique(middle, axis=0)) == 1
-
-
 def _dark(scene: Scene) -> int:
     """Pixels of outlines."""
     picture = _picture(scene)

@@ -96,14 +96,6 @@ def test_every_builder_without_sizes_is_one_thing_with_sound_facts(name: str) ->
     assert count["vertex"] == len(scene.vertices)
 
 
-def test_a_shelf_has_so_many_boards_evenly_spaced() -> None:
-    scene = build("shelf", {"boards": 4, "height": 1.5})
-    up = [f for f in scene.faces if f.plane.normal[2] > 0.99]
-    levels = sorted(float(scene.points[f.outline[0]][2]) for f in up)[:4]
-    assert len(up) == 4 + 2  # and the upper ends of the sides
-    assert np.ptp(np.diff(levels)) < 1e-9
-
-
 def test_the_walls_of_a_corner_meet_at_the_angle_that_was_asked_for() -> None:
     scene = build("room_corner", {"angle": math.radians(100)})
     (angle,) = (

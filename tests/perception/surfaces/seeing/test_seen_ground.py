@@ -137,20 +137,6 @@ def test_a_plain_floor_is_seen_by_its_grey_where_a_face_says_how_often_that_is_w
     assert not lattice.shown[beneath].any()
 
 
-def test_of_a_plate_whose_outline_was_found_too_small_nothing_passes_for_a_plain_floor() -> None:
-    plain, plate = pattern(FLOOR_GREY, 0.0, 0), pattern(PLATE_GREY, 0.0, 1)
-    # By three pixels at its height.
-    small = PLATE - 0.045 * np.sign(PLATE) * [1, 1, 0]
-    lattice = seen(plain, plate, [[small]])[-1]
-    beside, _ = beside_and_beneath(lattice)
-    assert lattice.shown[beside].mean() > 0.95
-    points = points_of(lattice)
-    crossed = [np.abs(crossed_by(points, place)) for place in lattice.origins]
-    # But for the pixel that the rim crosses.
-    beneath = np.array([(at < [0.68, 0.58]).all(axis=-1) for at in crossed])
-    assert not lattice.shown[beneath].any()
-
-
 @pytest.mark.parametrize(("off", "lean"), [(0.06, 0.0), (-0.1, 0.0), (0.04, 0.02)])
 def test_the_ground_is_put_where_its_print_agrees(off: float, lean: float) -> None:
     # far enough apart that a pixel up or down makes a difference

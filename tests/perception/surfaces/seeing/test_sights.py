@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray, Observation, Pose, View
 from facetlog.robot.rendering.worlds import make_world
 from tests.perception.detection.drawings import view as drawn
 from tests.perception.detection.drawings import with_noise
-from tests.rendered import solid_truth, tour, visible_faces
+from tests.rendered import solid_truth, tour
 
 UP = np.array([0.0, 0.0, 1.0])
 SOLID = solid_truth(make_world("block"))
@@ -35,20 +35,6 @@ def heights_over_faces(points: FloatArray) -> FloatArray:
         normal = np.cross(b - a, c - b)
         away.append((points - a) @ (normal / np.linalg.norm(normal)))
     return np.array(away).T
-
-
-@pytest.mark.slow
-def test_a_block_that_stands_alone_is_seen_whole_by_the_views_before_each_face() -> None:
-    true = {frozenset(face): n for n, face in enumerate(SOLID.faces)}
-    for face in block().faces:
-        assert face.coverage > 0.98
-        ring = block().points[list(face.outline)]
-        near = np.linalg.norm(ring[:, None] - CORNERS, axis=2).argmin(axis=1)
-        number = true[frozenset(near.tolist())]
-        seeing = {k for k, view in enumerate(tour("block")) if number in visible_faces(SOLID, view)}
-        assert {sight.view for sight in face.sights} <= seeing
-        assert np.mean([sight.seen for sight in face.sights]) > 0.9
-        assert all(sight.outside == 0.0 and not sight.hidden for sight in face.sights)
 
 
 def test_sight_lines_end_on_the_block_or_the_floor_and_pass_through_nothing() -> None:
