@@ -145,7 +145,7 @@ def as_given(up: str, unit: str, sensor: str, override: bool = False) -> str:
 
 
 def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
-    from facetlog.perception.shapes.regions.up_direction import FROM_CAMERAS
+    from facetlog.perception.shapes.regions.floor_and_walls import FROM_CAMERAS
     from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP
 
     if given:
@@ -154,6 +154,6 @@ def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
         return "as the file says"
     if path.suffix.lower() in FORMATS_WITH_UP:
         return "as the format says"
-    # as cloud_regions.py says it
+    # as cloud_scene.py says it
     by_cameras = FROM_CAMERAS in scene.warnings
     return "found from the cameras" if by_cameras else "found from the floor"
