@@ -1,4 +1,4 @@
-"""All facts of a scene, as fact_schema.py states them: the end of perception.
+"""All facts of a scene, as fact_schema.py states them.
 
 Angles leave in degrees, lengths in the scene's unit. Faces are named f1 …, edges e1 …, vertices
 v1 …, views view1 …, things t1 …, in the scene's order; sides of faces that the scene lists no
@@ -33,9 +33,9 @@ __all__ = [
     "scene_facts",
 ]
 
-# It moves no two faces against each other, so it is in no covariance of theirs; each measure has it
-# beside its own error, which it does not depend on.
-
+# All lengths share the error of a scene's unit, and areas have it twice. It moves no two faces
+# against each other, so it is in no covariance of theirs; each measure has it beside its own error,
+# which it does not depend on.
 _SD = "Sd"
 _POWERS = {ArgumentKind.LENGTH: 1.0, ArgumentKind.AREA: 2.0}
 

@@ -319,12 +319,7 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "longer side of the level, along the sides of the plan of the object",
         _NO_LEVEL,
     ),
-    _kind(
-        "level_width +F:face L:length Sd:length",
-        _MAYBE,
-        "shorter side of the level",
-        _NO_LEVEL,
-    ),
+    _kind("level_width +F:face L:length Sd:length", _MAYBE, "shorter side of the level", _NO_LEVEL),
     _kind(
         "built_over +F:face R:share Sd:share",
         _MAYBE,

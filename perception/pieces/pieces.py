@@ -44,7 +44,7 @@ class Kind(StrEnum):
 @dataclass(frozen=True, eq=False, slots=True)
 class Piece:
     """A solid part. `axes` (3, 3) are the directions of its length, width and thickness, as rows,
-    `middle` (3,) is the middle of its box, all in the scene's frame; `volume` is that of its cells.
+    `middle` (3,) is the middle of its box, all in the scene's frame.
 
     `faces` are indices of faces that are mostly its own; `round` is the share of its surface that
     is curved, 0..1. `low` and `high` are heights along the grid's last axis, of the scene's frame.
@@ -55,7 +55,6 @@ class Piece:
     thickness: Estimate
     axes: FloatArray
     middle: FloatArray
-    volume: float
     low: float
     high: float
     faces: tuple[int, ...]
@@ -111,7 +110,7 @@ def find_pieces(
             continue
         kept.append(number)
         own_faces = tuple(np.flatnonzero(owner == number).tolist())
-        piece = _piece(grid, surface, own, own_faces, int(sizes[number]))
+        piece = _piece(grid, surface, own, own_faces)
         found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
     joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
     low = np.array([piece.low for piece in found])
@@ -206,9 +205,7 @@ def _touching(parts: Indices, at: tuple[Indices, ...], wanted: Indices) -> NDArr
     return found
 
 
-def _piece(
-    grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequence[int], cells: int
-) -> Piece:
+def _piece(grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequence[int]) -> Piece:
     points = surface.points[own]
     heights = points @ grid.lattice.axes[2]
     directions = list(_directions(grid, surface, points, faces))
@@ -222,7 +219,6 @@ def _piece(
         thickness,
         axes,
         middle,
-        cells * grid.cell**3,
         float(heights.min()),
         float(heights.max()),
         tuple(faces),

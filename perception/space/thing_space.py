@@ -12,8 +12,7 @@ from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.min_views import FEWEST_VIEWS
 from facetlog.perception.ragged import row_starts
 from facetlog.perception.scene import SightLines
-from facetlog.perception.space.empty_shells import is_empty_shell
-from facetlog.perception.space.flooding import enclosed, missed_cells
+from facetlog.perception.space.flooding import enclosed, is_empty_shell, missed_cells
 from facetlog.perception.space.grid import CELLS, Cells, Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.surface_points import inner_points, line_points

@@ -12,8 +12,7 @@ from facetlog.exploring.choice import Promises, beginning, choose
 from facetlog.exploring.needs import Lack, Needs, Open, SeenThing
 from facetlog.exploring.sides import Sides
 from facetlog.perception.space.grid import Lattice
-from facetlog.perception.space.open_lines import UnseenSpace
-from facetlog.perception.space.space import Space, State
+from facetlog.perception.space.space import Space, State, UnseenSpace
 from facetlog.perception.types import Camera, FloatArray
 from facetlog.robot.collecting.next_stop import Around
 from facetlog.robot.collecting.plan import Reach

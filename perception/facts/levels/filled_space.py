@@ -133,18 +133,14 @@ class _Measured:
     places: int
 
     def standing(self, up: FloatArray) -> FilledSpace | None:
-        space = self._space(up, on_ground=True)
-        if space is None:
+        filled = self._filled(up, on_ground=True)
+        if filled is None:
             return None
-        filled = FilledSpace(
-            space,
-            self.surface,
-            space.known,
-            space.lattice.volume,
-            _both_ways(space, _footprint),
-            _both_ways(space, _solidity),
-            _both_ways(space, partial(_hollow, on_ground=True)),
-            dict(self._levels(space, up)),
+        space = filled.space
+        filled = replace(
+            filled,
+            footprint=_both_ways(space, _footprint),
+            levels=dict(self._levels(space, up)),
         )
         # A box that is tipped over fills the box round it no less.
         if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
@@ -160,19 +156,22 @@ class _Measured:
         return filled
 
     def lying(self) -> FilledSpace | None:
-        space = self._space(self._axis(), on_ground=False)
+        return self._filled(self._axis(), on_ground=False)
+
+    def _filled(self, up: FloatArray, *, on_ground: bool) -> FilledSpace | None:
+        space = thing_space(
+            self.surface,
+            up,
+            sights=self.scene.lines_of_sight,
+            places=self.places,
+            on_ground=on_ground,
+        )
         if space is None:
             return None
-        return FilledSpace(
-            space,
-            self.surface,
-            space.known,
-            space.lattice.volume,
-            None,
-            _both_ways(space, _solidity),
-            _both_ways(space, partial(_hollow, on_ground=False)),
-            {},
-        )
+        solidity = _both_ways(space, _solidity)
+        hollow = _both_ways(space, partial(_hollow, on_ground=on_ground))
+        box = space.lattice.volume
+        return FilledSpace(space, self.surface, space.known, box, None, solidity, hollow, {})
 
     def _axis(self) -> FloatArray:
         """Return the normal of the largest face, or the direction in which the points vary
@@ -182,10 +181,6 @@ class _Measured:
             return max(self.surface.faces, key=lambda face: face.area).normal
         normal: FloatArray = np.linalg.eigh(np.cov(self.surface.outer.T))[1][:, 0]
         return normal
-
-    def _space(self, up: FloatArray, *, on_ground: bool) -> Space | None:
-        sights = self.scene.lines_of_sight
-        return thing_space(self.surface, up, sights=sights, places=self.places, on_ground=on_ground)
 
     def _levels(self, space: Space, up: FloatArray) -> Iterator[tuple[int, Level]]:
         known: dict[int, Level | None] = {}

@@ -10,8 +10,7 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.shapes.clouds.lines_of_sight import MOST_PLACES
-from facetlog.perception.space.empty_shells import is_empty_shell
-from facetlog.perception.space.flooding import OPEN_SHARE
+from facetlog.perception.space.flooding import OPEN_SHARE, is_empty_shell
 from facetlog.perception.types import FloatArray
 
 # A room, too, goes all round the sensor. It is told from a thing by what stands in it. Of a shell

@@ -21,6 +21,7 @@ from facetlog.perception.shapes.clouds.straight_sides import (
     side_lines,
     squared,
 )
+from facetlog.perception.shapes.regions.flat_region import PlaneFrame
 from facetlog.perception.types import FloatArray
 
 # Random points leave an empty disc of 2.2 times their spacing once in e^15 (π 2.2²).
@@ -162,28 +163,12 @@ class Outline:
     corner_sd: float
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Frame:
-    """A plane's own coordinates: x = (p - origin) · axes[0], y = (p - origin) · axes[1]."""
-
-    origin: FloatArray
-    axes: FloatArray
-
-    @classmethod
-    def of(cls, plane: CloudPlane, points: FloatArray) -> "_Frame":
-        own = points[plane.members]
-        middle = own.mean(axis=0)
-        origin = middle - plane.plane.distance(middle) * plane.plane.normal
-        spread = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, -1]
-        return cls(origin, plane_axes(plane.plane.normal, spread))
-
-    def flatten(self, points: FloatArray) -> FloatArray:
-        flat: FloatArray = (points - self.origin) @ self.axes.T
-        return flat
-
-    def lift(self, flat: FloatArray) -> FloatArray:
-        lifted: FloatArray = self.origin + flat @ self.axes
-        return lifted
+def _frame_of(plane: CloudPlane, points: FloatArray) -> PlaneFrame:
+    own = points[plane.members]
+    middle = own.mean(axis=0)
+    origin = middle - plane.plane.distance(middle) * plane.plane.normal
+    spread = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, -1]
+    return PlaneFrame(origin, plane_axes(plane.plane.normal, spread))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -204,7 +189,7 @@ class _Neighbours:
             tuple(KDTree(points[plane.members]) for plane in planes),
         )
 
-    def snapped(self, line: SideLine, own: int, frame: _Frame, spacing: float) -> SideLine:
+    def snapped(self, line: SideLine, own: int, frame: PlaneFrame, spacing: float) -> SideLine:
         """Return the side moved to where its plane meets another's, if it lies there; else as it
         is.
         """
@@ -255,7 +240,7 @@ def _pieces(
     nth: int, points: FloatArray, found: CloudPlanes, neighbours: _Neighbours
 ) -> Iterator[Outline]:
     plane = found.planes[nth]
-    frame = _Frame.of(plane, points)
+    frame = _frame_of(plane, points)
     flat = frame.flatten(points[plane.members])
     areas, spacing = covered_area(flat, found.spacing[plane.members], plane.rms)
     for area in areas:
@@ -296,7 +281,7 @@ def _sound(
 def _ring(
     ring: shapely.LinearRing,
     nth: int,
-    frame: _Frame,
+    frame: PlaneFrame,
     spacing: float,
     neighbours: _Neighbours,
     *,

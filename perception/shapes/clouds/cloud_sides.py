@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Plane
-from facetlog.perception.space.empty_shells import is_empty_shell
+from facetlog.perception.space.flooding import is_empty_shell
 from facetlog.perception.types import FloatArray
 
 # Points further from a plane than this many sd are not on it.

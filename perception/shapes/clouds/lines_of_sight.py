@@ -14,11 +14,11 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.polygons import make_polygon
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline
-from facetlog.perception.shapes.regions.up_direction import Up
+from facetlog.perception.shapes.regions.flat_region import PlaneFrame
+from facetlog.perception.shapes.regions.floor_and_walls import Up
 from facetlog.perception.types import FloatArray
 
 # A scan has a few places; a cloud from photographs has one for each point, about the middle of
@@ -61,8 +61,7 @@ def find_sheets(
     sheets = []
     for outline, plane in zip(outlines, planes, strict=True):
         axes = plane_axes(plane.normal, np.roll(plane.normal, 1))
-        loops = [loop @ axes.T for loop in (outline.outline, *outline.holes)]
-        polygon = make_polygon(loops[0], loops[1:])
+        polygon = PlaneFrame(np.zeros(3), axes).polygon(outline.outline, outline.holes)
         apart = float(np.median(spacing[outline.members]))
         covered = polygon.buffer(-(RIM_SPACINGS * apart + OFF_PLANE_SDS * noise))
         shapely.prepare(covered)

@@ -13,7 +13,6 @@ from facetlog.perception.polygons import (
     find_difference,
     find_enclosed_area,
     find_union,
-    make_polygon,
     make_valid,
 )
 from facetlog.perception.ragged import Indices, by_group, group_sums
@@ -33,7 +32,7 @@ from facetlog.perception.shapes.meshes.mesh_planes import cut_off
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
 from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
 from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
-from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
 from facetlog.perception.shapes.regions.surface_samples import (
     Samples,
@@ -100,7 +99,8 @@ class Solids:
             yield region
             return
         axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        face = make_polygon(region.outline @ axes.T, [hole @ axes.T for hole in region.holes])
+        frame = PlaneFrame(np.zeros(3), axes)
+        face = frame.polygon(region.outline, region.holes)
         distance = float(before[0] @ normal)
         sections = [
             self._section(nth, normal, distance, axes) for nth in np.flatnonzero(near).tolist()
@@ -116,12 +116,8 @@ class Solids:
             simple = part.simplify(touch)
             if isinstance(simple, shapely.Polygon) and simple.area > 0.0:
                 rings = shapely.orient_polygons(simple)
-                yield replace(
-                    region,
-                    outline=_lifted(rings.exterior, region, axes),
-                    holes=tuple(_lifted(ring, region, axes) for ring in rings.interiors),
-                    corner_sd=sd,
-                )
+                outline, holes = frame.lift_rings(rings, region.plane)
+                yield replace(region, outline=outline, holes=holes, corner_sd=sd)
 
     def _section(
         self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
@@ -143,14 +139,6 @@ class Solids:
         flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
         area = find_enclosed_area(flat.reshape(-1, 2, 2))
         return shapely.Polygon() if area is None else make_valid(area)
-
-
-def _lifted(ring: shapely.LinearRing, region: FlatRegion, axes: FloatArray) -> FloatArray:
-    """Return the corners (k, 3) of a ring in the region's plane."""
-    plane = region.plane
-    where = shapely.get_coordinates(ring)[:-1] @ axes
-    onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
-    return onto
 
 
 # Repair tools and scanners leave slivers behind, by the hundred thousand. Each would be an object

@@ -16,7 +16,7 @@ from facetlog.perception.ragged import Indices, by_group, group_sums, joined
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
-from facetlog.perception.shapes.regions.flat_region import FlatRegion
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, PlaneFrame
 from facetlog.perception.types import FloatArray
 
 # A round table top of 64 corners departs from the circle by 0.12 % of its radius.
@@ -40,25 +40,7 @@ class Piece:
     """A flat region, and the triangles' pieces (numbers) that it was made of."""
 
     region: FlatRegion
-    area: float
     pieces: tuple[int, ...]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Frame:
-    """Coordinates in a plane: x = (p - middle) · axes."""
-
-    middle: FloatArray
-    axes: FloatArray
-
-    @classmethod
-    def of(cls, fits: Fits, nth: int) -> "_Frame":
-        normal = fits.normals[nth]
-        return cls(fits.middles[nth], plane_axes(normal, fits.axes[nth, 1]))
-
-    def flat(self, points: FloatArray) -> FloatArray:
-        flat: FloatArray = (points - self.middle) @ self.axes.T
-        return flat
 
 
 def flat_pieces(
@@ -84,9 +66,11 @@ def flat_pieces(
     planes = _coplanar(fits, owner, size)
     frames = moments.joined(planes, int(planes.max()) + 1).fits()
     loops = _Outlines.of(surface, labels, count)
-    found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]] = []
+    found: list[tuple[shapely.Polygon, PlaneFrame, tuple[int, ...]]] = []
     for own in by_group(planes):
-        frame = _Frame.of(frames, int(planes[own[0]]))
+        nth = int(planes[own[0]])
+        axes = plane_axes(frames.normals[nth], frames.axes[nth, 1])
+        frame = PlaneFrame(frames.middles[nth], axes)
         polygons = [loops.polygon(int(piece), frame) for piece in own]
         merged = _merged(polygons, own, float(size[own[0]]))
         found += ((polygon, frame, members) for polygon, members in merged)
@@ -97,7 +81,7 @@ def flat_pieces(
 
 def _regions(
     moments: Moments,
-    found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]],
+    found: list[tuple[shapely.Polygon, PlaneFrame, tuple[int, ...]]],
     names: Indices,
     sizes: FloatArray,
     step: float,
@@ -116,7 +100,7 @@ def _regions(
         corner_sd = float(max(fits.rms[nth], step / np.sqrt(12.0)))
         region = _region(polygon, frame, plane, corner_sd, size)
         if region is not None:
-            pieces.append(Piece(region, float(polygon.area), tuple(names[list(members)].tolist())))
+            pieces.append(Piece(region, tuple(names[list(members)].tolist())))
     return tuple(pieces)
 
 
@@ -199,12 +183,12 @@ class _Outlines:
             tuple(np.split(ends_of, np.searchsorted(pieces[once], np.arange(1, count)))),
         )
 
-    def polygon(self, piece: int, frame: _Frame) -> shapely.Geometry:
+    def polygon(self, piece: int, frame: PlaneFrame) -> shapely.Geometry:
         """Return the piece in a plane's coordinates, valid, perhaps of several parts."""
         surface, rows = self.surface, self.triangles[piece]
-        segments = frame.flat(surface.points[self.edges[piece]])
+        segments = frame.flatten(surface.points[self.edges[piece]])
         area = find_enclosed_area(segments)
-        flat = frame.flat(surface.points[surface.triangles[rows]])
+        flat = frame.flatten(surface.points[surface.triangles[rows]])
         (ax, ay), (bx, by) = np.moveaxis(flat[:, 1:] - flat[:, :1], (1, 2), (0, 1))
         covered = 0.5 * np.abs(ax * by - ay * bx).sum()
         if area is not None and area.is_valid and abs(area.area - covered) <= AREA_ERROR * covered:
@@ -213,11 +197,13 @@ class _Outlines:
 
 
 def _region(
-    polygon: shapely.Polygon, frame: _Frame, plane: Plane, corner_sd: float, size: float
+    polygon: shapely.Polygon, frame: PlaneFrame, plane: Plane, corner_sd: float, size: float
 ) -> FlatRegion | None:
     """Return the polygon on its plane, simplified; None where nothing is left of it."""
     extent = float(np.linalg.norm(np.ptp(np.array(polygon.bounds).reshape(2, 2), axis=0)))
-    holes = [r for r in polygon.interiors if _area(r) > LEAST_HOLE_SHARE * polygon.area]
+    holes = [
+        r for r in polygon.interiors if shapely.Polygon(r).area > LEAST_HOLE_SHARE * polygon.area
+    ]
     polygon = shapely.Polygon(
         _from_farthest(polygon.exterior), [_from_farthest(ring) for ring in holes]
     )
@@ -231,19 +217,8 @@ def _region(
     moved = shapely.hausdorff_distance(polygon.boundary, simple.boundary)
     simple = shapely.orient_polygons(simple)
 
-    def lifted(ring: shapely.LinearRing) -> FloatArray:
-        where = frame.middle + shapely.get_coordinates(ring)[:-1] @ frame.axes
-        onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
-        return onto
-
     sd = float(np.sqrt(corner_sd**2 + moved**2 + (RESOLUTION * size) ** 2))
-    return FlatRegion(
-        plane, lifted(simple.exterior), tuple(lifted(r) for r in simple.interiors), sd
-    )
-
-
-def _area(ring: shapely.LinearRing) -> float:
-    return float(shapely.Polygon(ring).area)
+    return FlatRegion(plane, *frame.lift_rings(simple, plane), sd)
 
 
 def _most_corners(polygon: shapely.Polygon) -> int:

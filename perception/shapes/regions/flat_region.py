@@ -1,9 +1,49 @@
 """Flat regions and the rest of a surface, of meshes and clouds alike."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+import shapely
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.polygons import make_polygon
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaneFrame:
+    """Coordinates in a plane: x = (p - origin) · axes[0], y = (p - origin) · axes[1]."""
+
+    origin: FloatArray
+    axes: FloatArray
+
+    def flatten(self, points: FloatArray) -> FloatArray:
+        """Return coordinates (..., 2) of points (..., 3)."""
+        flat: FloatArray = (points - self.origin) @ self.axes.T
+        return flat
+
+    def lift(self, flat: FloatArray) -> FloatArray:
+        """Return the points (n, 3) at coordinates (n, 2)."""
+        lifted: FloatArray = self.origin + flat @ self.axes
+        return lifted
+
+    def polygon(self, outline: FloatArray, holes: Iterable[FloatArray]) -> shapely.Polygon:
+        """Return the polygon of loops (k, 3)."""
+        return make_polygon(self.flatten(outline), [self.flatten(hole) for hole in holes])
+
+    def lift_rings(
+        self, polygon: shapely.Polygon, plane: Plane
+    ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+        """Return the outline (k, 3) and the holes of a polygon, moved onto a plane."""
+
+        def onto(ring: shapely.LinearRing) -> FloatArray:
+            where = self.lift(shapely.get_coordinates(ring)[:-1])
+            moved: FloatArray = where - np.outer(plane.distance(where), plane.normal)
+            return moved
+
+        return onto(polygon.exterior), tuple(map(onto, polygon.interiors))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,6 +63,12 @@ class FlatRegion:
     corner_sd: float = 0.0
     body: int = 0
     noise: float = 0.0
+
+    @property
+    def frame(self) -> PlaneFrame:
+        """Coordinates from its first corner, along its first side."""
+        start = self.outline[0]
+        return PlaneFrame(start, plane_axes(self.plane.normal, self.outline[1] - start))
 
     def flipped(self) -> "FlatRegion":
         """Return the region seen from behind."""

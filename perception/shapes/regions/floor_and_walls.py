@@ -1,4 +1,4 @@
-"""The floor that things stand on, and the walls of the room that they stand in.
+"""The floor that things stand on, the walls of the room round them, and up where it is not given.
 
 A floor has everything else on one side. What stands on it is judged object by object: a point that
 lies alone, or the noise of a surface, is none. A room has walls that rise from the floor's rim,
@@ -9,6 +9,7 @@ its size.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import shapely
@@ -26,6 +27,16 @@ from facetlog.perception.shapes.regions.point_bodies import (
     group_sizes,
 )
 from facetlog.perception.types import FloatArray
+
+FROM_FLOOR = "up was found from the plane on which everything stands"
+FROM_CAMERAS = "up was found from the way the cameras were held"
+HELD_OTHERWISE = f"{FROM_FLOOR}, but the cameras were held otherwise: if it is a wall, say up"
+"""How up was found, as in a scene's warnings."""
+
+# Of two planes that could both be the floor, as a room's wall could, one is so much larger.
+CLEARLY_LARGER = 1.5
+# Cameras are held upright: their mean up is known if it is this long (1: all the same).
+LEAST_AGREEMENT = 0.8
 
 # A cabinet on a wall is a box on a plane, as a carton on a floor is, and a top turned over carries
 # its legs. A standing thing is higher than it is broad, or stands on feet below something that
@@ -353,3 +364,56 @@ def _covered(things: Sequence[FloatArray]) -> float:
 
 def _hull(plan: FloatArray) -> shapely.Geometry:
     return shapely.convex_hull(shapely.MultiPoint(plan))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Up:
+    """Unit vector upwards (3,), the region that is the floor (None: none), and how it was found.
+
+    `around` are the other regions on which or within which things stand: further pieces of the
+    floor, and the walls and the ceiling of a room.
+    """
+
+    direction: FloatArray
+    floor: int | None
+    how: str
+    around: tuple[int, ...] = ()
+
+
+def find_up(
+    surface: FacedSurface, up: FloatArray | None = None, *, metric: bool = False
+) -> Up | None:
+    """Return up from the one plane on which everything else stands; None where there is none, or
+    where there are two.
+
+    A wall carries things too: there must be one that can only stand. With a known `up` only level
+    planes are considered, and the result says which of them is the floor; where lengths are also
+    metres (`metric`), also that of an empty room.
+    """
+    found: list[Floor] = sorted(
+        find_floors(surface, up, metric=metric), key=lambda floor: -floor.area
+    )
+    if not found:
+        return None
+    first = found[0]
+    for other in found[1:]:
+        # beside a larger floor the others are walls; one that faces it, as a ceiling does, is
+        # ambiguous
+        facing = float(first.normal @ other.normal) < -PARALLEL
+        if facing or first.area < CLEARLY_LARGER * other.area:
+            return None
+    direction = first.normal if up is None else up
+    return Up(direction, first.region, FROM_FLOOR, first.around)
+
+
+def up_from_cameras(camera_ups: FloatArray) -> Up | None:
+    """Return up as the cameras (n, 3) were held, unit vectors; None where they do not agree."""
+    if not len(camera_ups):
+        return None
+    mean = camera_ups.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    # a tour round a thing with the camera on its side would have no agreement
+    pairs = list(combinations(range(min(len(camera_ups), 2)), 2))
+    if length < LEAST_AGREEMENT or not pairs:
+        return None
+    return Up(mean / length, None, FROM_CAMERAS)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from facetlog.perception.flat_faces import plane_axes, vector_area
-from facetlog.perception.polygons import make_polygon, triangulate
+from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.polygons import triangulate
 from facetlog.perception.ragged import Indices, by_group, group_sums, joined
 from facetlog.perception.scene import Body, Edge, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
@@ -361,9 +361,5 @@ def _with_regions(rest: Rest, regions: Sequence[FlatRegion]) -> Rest:
 
 def _triangles(region: FlatRegion) -> FloatArray:
     """Return triangles (m, 3, 3) that fill a region, its holes left open."""
-    start = region.outline[0]
-    axes = plane_axes(region.plane.normal, region.outline[1] - start)
-    rings = [(ring - start) @ axes.T for ring in (region.outline, *region.holes)]
-    corners = triangulate(make_polygon(rings[0], rings[1:]))
-    lifted: FloatArray = start + corners @ axes
-    return lifted
+    frame = region.frame
+    return frame.lift(triangulate(frame.polygon(region.outline, region.holes)))

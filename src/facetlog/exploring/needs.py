@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from facetlog.exploring.sides import Sides
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.open_lines import UnseenSpace
+from facetlog.perception.space.space import UnseenSpace
 from facetlog.perception.types import FloatArray
 
 if TYPE_CHECKING:

@@ -5,9 +5,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from facetlog.perception.facts import all_facts
 from facetlog.perception.facts.all_facts import fact_columns, fact_rows
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 from facetlog.perception.facts.named_rows import rows_from
@@ -89,3 +91,13 @@ def test_scenes_together_have_the_facts_that_each_has_alone(scenes: list[Scene])
 
 def _bits(found: list[dict[str, list[tuple[Any, ...]]]]) -> str:
     return repr(found).replace("-0.0", "0.0")
+
+
+def test_several_blocks_of_scenes_have_the_facts_that_each_scene_has_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scenes = [changed(make(), 3) for make in (two_blocks, told_apart, wedge, l_block)]
+    wanted = [fact_rows(scene) for scene in scenes]
+    monkeypatch.setattr(all_facts, "FACES_AT_ONCE", 10)
+    found = fact_columns(scenes)
+    assert [{f: rows_from(columns) for f, columns in each.items()} for each in found] == wanted

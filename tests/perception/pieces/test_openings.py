@@ -94,14 +94,6 @@ def test_of_a_scan_from_one_side_they_are_not_but_of_one_from_all_sides(name: st
     assert len(facts(around)["opening"]) == len(facts(solid)["opening"])
 
 
-def test_an_opening_is_in_a_piece_that_is_all_of_its_rim() -> None:
-    rows = facts(build("frame", {}))
-    assert ("o1", "p1") in rows["opening_in"]
-    rows = facts(of_boxes(*POSTS, LINTEL))
-    assert rows["opening"]
-    assert {name[0] for _, name in rows["opening_in"]} == {"f"}
-
-
 @settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(0, 12))
 def test_where_no_room_is_left_nothing_that_nobody_saw_makes_another_opening(
@@ -125,12 +117,3 @@ def test_where_no_room_is_left_nothing_that_nobody_saw_makes_another_opening(
         decided = np.where(cells == State.UNSEEN, decided, cells)
         other = Space(space.lattice, decided, closed=False)
         assert len(find_openings(other, on_ground=True)) == len(found)
-
-
-@pytest.mark.parametrize("degrees", [0.0, 25.0, 60.0])
-def test_a_frame_that_leans_has_its_opening_in_its_two_faces(degrees: float) -> None:
-    turned = Rotation.from_euler("x", degrees, degrees=True).as_matrix()
-    rows = facts(of_boxes(*POSTS, LINTEL, SILL, turned=turned))
-    ((name, length, width, sd),) = rows["opening_size"]
-    assert (length, width) == pytest.approx((HEIGHT - 2 * POST, WIDTH - 2 * POST), abs=3 * sd)
-    assert [opening for opening, _ in rows["opening_in"]] == [name, name]

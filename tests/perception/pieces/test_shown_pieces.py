@@ -100,14 +100,3 @@ def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
         near = drawn[v - 3 : v + 4, u - 3 : u + 4] != empty[v - 3 : v + 4, u - 3 : u + 4]
         assert near.any(axis=2).mean() > 0.5
     assert (drawn[:5, :5] == empty[:5, :5]).all()
-
-
-def test_unseen_space_whitens_the_view_behind_a_scanned_thing() -> None:
-    thing = build("chair", {})
-    scan = scanned(thing, eye_at(thing, 30.0, 20.0))
-    shown = shown_pieces(scan)
-    view = _view(thing)
-    haze = draw_pieces(view, ShownPieces((), shown.spaces), "")[:240].astype(int)
-    clear = draw_pieces(view, NOTHING, "")[:240].astype(int)
-    assert (haze >= clear).all()
-    assert (haze - clear).max() > 20

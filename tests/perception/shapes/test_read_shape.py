@@ -44,12 +44,6 @@ def test_options_say_it_of_a_mesh(stl: Path) -> None:
     assert _size(scene) == [0.1, 0.2, 0.3]
 
 
-def test_without_options_a_mesh_has_neither_up_nor_metres(stl: Path) -> None:
-    scene = read_shape(stl, ShapeOptions())
-    assert (scene.up, scene.metric) == (None, False)
-    assert _size(scene) == [100.0, 200.0, 300.0]
-
-
 def test_what_a_format_says_counts_unless_up_is_to_be_unknown(tmp_path: Path) -> None:
     write_mesh(cuboid(0.3, 0.2, 0.1), tmp_path / "a.glb")
     found = read_shape(tmp_path / "a.glb", ShapeOptions(find_floor=True))

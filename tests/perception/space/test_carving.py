@@ -14,13 +14,6 @@ def line(origin: list[float], *ends: list[float]) -> SightLines:
     return SightLines(np.array(origin), np.array(ends))
 
 
-def test_several_lines_from_one_place_count_once_and_those_of_two_places_twice() -> None:
-    one, other = [-5.0, 1.5, 1.5], [15.0, 1.5, 1.5]
-    near = line(one, [20.0, 1.4, 1.5], [20.0, 1.6, 1.5])
-    assert places_through(LATTICE, [near, near], NOTHING).max() == 1
-    assert places_through(LATTICE, [near, line(other, [-9.0, 1.5, 1.5])], NOTHING)[3, 1, 1] == 2
-
-
 def test_measured_surface_stops_a_line() -> None:
     full = NOTHING.copy()
     full[4, 1, 1] = True

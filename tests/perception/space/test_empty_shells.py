@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.perception.space.empty_shells import is_empty_shell
+from facetlog.perception.space.flooding import is_empty_shell
 from tests.perception.shapes.sampled_shapes import box_points, sphere_points
 
 SIZE = (3.0, 2.0, 2.5)

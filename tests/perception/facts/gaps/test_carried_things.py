@@ -63,11 +63,6 @@ def test_what_ends_above_the_ground_by_noise_alone_stands_on_it() -> None:
     assert [len(own) for own in faces_of_things(on_ground(both))] == [6, 6]
 
 
-def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> None:
-    card = moved(leaf(0.705, 0.9, 0.2), translation=(0.5, 0.2, 0.0))
-    assert faces_of_things(on_ground(together(TOP, card))) == [(0,), (1,)]
-
-
 def test_bodies_stay_apart_and_one_may_be_all_curved() -> None:
     around = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     normals = np.column_stack([np.cos(around), np.sin(around), np.zeros(60)])

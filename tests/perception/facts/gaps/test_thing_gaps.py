@@ -101,24 +101,6 @@ def test_a_bar_goes_through_a_hole_without_touching() -> None:
         assert gap(scene, len(bar.faces)).value == pytest.approx(wanted)
 
 
-def test_loose_edges_count() -> None:
-    block = cuboid()
-    ends = [(0.1, 0.1, 0.5), (2.0, 0.1, 0.5), (2.0, 0.1, 3.0)]
-    scene = Scene(
-        "rod", (), (*block.vertices, *(Vertex(np.array(p), 1e-6 * np.eye(3)) for p in ends)),
-        (), block.faces,
-    )  # fmt: skip
-    n = len(block.vertices)
-    found = gap(scene, len(block.faces), loose=[(n, n + 1), (n + 1, n + 2)])
-    assert found.value == pytest.approx(0.5 - SIZE[2])
-
-
-def test_things_that_share_a_vertex_touch() -> None:
-    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 1), (0, -1, 1)]
-    found = gap(polyhedron(points, [(0, 1, 2), (0, 3, 4)]), 1)
-    assert found == pytest.approx((0.0, 0.0))
-
-
 def triangle_distance(first: np.ndarray, second: np.ndarray) -> float:
     """By minimising over the two triangles' barycentric coordinates, from several starts."""
     sums = ({"type": "eq", "fun": lambda x: x[:3].sum() - 1.0},

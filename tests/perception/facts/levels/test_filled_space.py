@@ -102,15 +102,6 @@ def test_neither_the_frame_nor_the_unit_matters(radians: float, scale: float) ->
     assert first_values(after, "room_below")["f2"] / scale == pytest.approx(room, abs=2 * CELL)
 
 
-def test_where_nobody_noted_what_was_looked_at_the_room_below_a_top_is_unseen() -> None:
-    facts = scene_facts(replace(build("table", {}), bodies=()))
-    bounds = {f.args[:2]: f.args[2:] for f in facts if f.functor == "unseen_bounds"}
-    if_free, if_full = bounds["free_below", "f2"]
-    assert float(if_free) > 0.8
-    assert float(if_full) < 0.2
-    assert not [f for f in facts if f.functor in ("whole", "scanned")]
-
-
 def test_only_measures_that_unseen_space_could_change_have_bounds_about_their_value() -> None:
     scan = scanned(TABLE, eye_at(TABLE, 30.0, 40.0))
     bounds = {f.args[:2]: f.args[2:] for f in scene_facts(scan) if f.functor == "unseen_bounds"}

@@ -60,15 +60,6 @@ def test_boards_are_counted_however_they_are_spaced(
     assert bounds[topmost] == (len(rooms), len(rooms))
 
 
-@pytest.mark.parametrize("name", ["cuboid", "table", "chair", "bed", "stairs", "cabinet"])
-def test_what_has_no_boards_has_no_shelves(name: str) -> None:
-    rows = fact_rows(build(name, {}), {*KINDS, "piece_level"})
-    of_pieces = [
-        value for _, measure, value, _ in rows["piece_level"] if measure == "shelves_below"
-    ]
-    assert {*_bounds(rows).values(), *((n, n) for n in of_pieces)} == {(0, 0)}
-
-
 def _space(name: str) -> tuple[Space, float]:
     memo = SceneMemo.of(build(name, {}))
     (filled,) = memo.filled.values()

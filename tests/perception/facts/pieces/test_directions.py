@@ -20,7 +20,7 @@ turns = st.integers(0, 10**6).map(lambda seed: Rotation.random(random_state=seed
 
 def piece(extents: tuple[float, float, float], axes: FloatArray) -> Piece:
     sizes = [Estimate(extent, 0.002) for extent in extents]
-    return Piece(*sizes, axes, np.zeros(3), 1.0, 0.0, 1.0, (), 0.0)
+    return Piece(*sizes, axes, np.zeros(3), 0.0, 1.0, (), 0.0)
 
 
 def between(one: Piece, other: Piece, up: FloatArray | None = None) -> Estimate:

@@ -17,9 +17,7 @@ from facetlog.perception.facts.pieces.solid_boxes import (
     known_of_two,
     known_overlaps,
 )
-from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import DEPTH, HEIGHT, LINTEL, POST, POSTS, Box, of_boxes
-from tests.perception.space.simulated_scans import eye_at, scanned
 
 UP = np.array([0.0, 0.0, 1.0])
 CELL = 0.02
@@ -62,12 +60,6 @@ def test_what_stands_on_one_floor_without_meeting_is_beside_and_not_inside(
     assert not inside(both)[0, 1]
 
 
-@given(boxes, boxes)
-def test_what_stands_on_another_is_not_beside_it(one: SolidBox, other: SolidBox) -> None:
-    middle = one.middle + (one.half + other.half) * UP
-    assert not beside([one, replace(other, middle=middle)], UP).any(where=~np.eye(2, dtype=bool))
-
-
 def test_what_may_reach_on_in_unseen_space_is_beside_or_inside_nothing_for_certain() -> None:
     post, other = box((0.0, 0.0, 0.5), (0.1, 0.1, 1.0)), box((0.5, 0.0, 0.5), (0.1, 0.1, 1.0))
     room = box((0.0, 0.0, 0.5), (2.0, 2.0, 2.0))
@@ -97,18 +89,6 @@ def test_a_lamp_hangs_inside_a_gate_between_posts_that_stand_beside_each_other()
     assert {tuple(posts), (posts[0], "o1"), (posts[1], "o1")} <= beside_
 
 
-@pytest.mark.parametrize(
-    ("name", "azimuth", "others"), [("table", 20.0, 8), ("table", 200.0, 8), ("chair", 20.0, 18)]
-)
-def test_legs_that_a_scan_shows_from_one_side_are_beside_each_other_and_nothing_above_them(
-    name: str, azimuth: float, others: int
-) -> None:
-    solid = build(name, {})
-    rows = fact_rows(scanned(solid, eye_at(solid, azimuth, 30.0)), {"piece", "beside"})
-    known = [known for one, other, known in rows["beside"] if one[0] == other[0] == "p"]
-    assert (known.count("yes"), known.count("no")) == (12, others)
-
-
 def _board(x: float, z: float, *, unseen: bool = False) -> SolidBox:
     """A level board of 1 by 1 m, which may go on past its left side."""
     reaches = np.zeros((3, 2))
@@ -132,14 +112,3 @@ def test_an_overlap_is_known_as_far_as_the_ends_of_both_are() -> None:
     # Two ends of the overlap along x, less what the width of a metre grows by alike.
     assert sds[0] == pytest.approx(1.5 * 0.01 / math.sqrt(12.0), rel=0.1)
     assert sds[1] == pytest.approx(2.0 * sds[0], rel=0.1)
-
-
-@pytest.mark.parametrize("thick", [0.003, 0.01, 0.02])
-def test_whether_a_thin_board_stands_on_the_rim_of_another_is_not_sure(thick: float) -> None:
-    seat = replace(_board(0.0, 0.4), cell=0.02)
-    half = np.array([thick / 2.0, 0.5, 0.3])
-    for x, share in ((0.0, 1.0), (0.5, 0.5), (0.7, 0.0)):
-        back = replace(seat, middle=np.array([x, 0.0, 0.7]), half=half)
-        (found, sd), *_ = [(r, sd) for _, _, r, sd in known_overlaps([seat, back], UP)]
-        assert found == pytest.approx(share, abs=0.01)
-        assert (sd > 0.25) == (x == 0.5)

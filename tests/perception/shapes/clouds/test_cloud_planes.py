@@ -68,36 +68,6 @@ def test_warped_sheet_is_one_plane_whose_error_has_the_warp() -> None:
     assert warped_sd > 3.0 * np.sqrt(np.trace(even.cov[:3, :3]))
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_bulging_sides_of_a_carton_seen_by_a_coarse_sensor_are_one_face_each(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    sides = []
-    # 20 by 15 cm and 20 by 7 cm, both bowed like cardboard, and a wave of the sensor's own
-    for wide, square in ((0.15, turned_to_x), (0.07, turned_to_y)):
-        u, v = rng.uniform(0.0, 0.2, 4000), rng.uniform(0.0, wide, 4000)
-        bow = 0.012 * wide * (np.cos(20.0 * np.pi * u) + np.sin(np.pi * v / wide))
-        sides.append(square(u, v, bow))
-    points = np.concatenate(sides)
-    way = np.array([0.6, 0.8, 0.0])
-    # depths come in steps, and with some noise
-    depth = points @ way
-    read = np.round((depth + rng.normal(0.0, 0.0005, len(depth))) / 0.001) * 0.001
-    found = cloud_planes(turned(points + (read - depth)[:, None] * way, seed))
-    shares = [len(plane.members) / len(points) for plane in found.planes]
-    assert len([share for share in shares if share > 0.02]) == 2
-    assert sum(shares[:2]) > 0.95
-
-
-def turned_to_x(u: FloatArray, v: FloatArray, bow: FloatArray) -> FloatArray:
-    """The side x = 0 of a block behind it: u runs up, v along y."""
-    return np.column_stack([-bow, v, u])
-
-
-def turned_to_y(u: FloatArray, v: FloatArray, bow: FloatArray) -> FloatArray:
-    """The side y = 0, v along x."""
-    return np.column_stack([v, -bow, u])
-
-
 def test_covariance_is_honest_over_many_planes() -> None:
     rng = np.random.default_rng(0)
     total, runs = 0.0, 400

@@ -7,8 +7,7 @@ from facetlog.perception.facts.all_facts import fact_rows, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.regions.point_bodies import cluster_bodies
-from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTHERWISE
+from facetlog.perception.shapes.regions.floor_and_walls import FROM_FLOOR, HELD_OTHERWISE
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
@@ -47,28 +46,6 @@ def test_box_has_eight_corners_twelve_edges_and_looks_outwards(noise: float) -> 
     assert [body.whole for body in scene.bodies] == [True]
     convex = [fact for fact in scene_facts(scene) if fact.functor == "convex"]
     assert len(convex) == 24
-
-
-def test_three_sides_of_a_box_look_outwards_and_are_not_whole() -> None:
-    points = turned(box_points(SIZE, 6000, noise=0.01, sides=("+x", "+y", "+z")))
-    scene = scene_of_cloud(Cloud.of(points))
-    assert len(scene.faces) == 3
-    middle = points.mean(axis=0)
-    assert all(float(face.plane.distance(middle)) < 0.0 for face in scene.faces)
-    assert [body.whole for body in scene.bodies] == [False]
-
-
-@pytest.mark.slow
-def test_table_top_looks_up_and_its_underside_down() -> None:
-    scene = scene_of_cloud(Cloud.of(table(noise=0.002)), up=Z)
-    level = [f for f in scene.faces if abs(f.plane.normal @ Z) > 0.99]
-    top = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.7]))) < 0.01]
-    under = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.64]))) < 0.01]
-    assert [bool(f.plane.normal @ Z > 0.0) for f in top] == [True]
-    assert not any(f.plane.normal @ Z > 0.0 for f in under)
-    assert len(under) >= 1
-    assert len(top[0].outline) == 4
-    assert len(scene.bodies) == 1
 
 
 def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
@@ -154,16 +131,6 @@ def test_strays_change_no_floor_and_no_box(count: int, place: str) -> None:
         )
 
 
-def test_a_box_that_is_noisier_than_its_floor_reaches_no_further() -> None:
-    still = box_on_a_floor(0.0)
-    on_box = (np.abs(still[:, :2]) <= [0.2, 0.15]).all(axis=1) & (still[:, 2] > 0.0)
-    points = box_on_a_floor(np.where(on_box, 0.01, 0.001)[:, None])
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
-    (body,) = (body for body in scene.bodies if body.faces)
-    assert len(body.faces) == 5
-    assert not any(patch.areas.any() for patch in scene.patches)
-
-
 @pytest.mark.parametrize("walls", [2, 4, 5])
 @pytest.mark.slow
 def test_walls_and_ceiling_of_a_room_are_no_things(walls: int) -> None:
@@ -195,6 +162,16 @@ def test_up_is_not_known_where_nothing_is_a_floor() -> None:
         scene = scene_of_cloud(Cloud.of(points))
         assert scene.up is None
         assert scene.warnings == ()
+
+
+def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
+    ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
+    ups /= np.linalg.norm(ups, axis=1)[:, None]
+    points = box_points(SIZE, 4000, noise=0.01)
+    scene = scene_of_cloud(Cloud.of(points, camera_ups=ups))
+    assert scene.up is not None
+    assert float(scene.up @ -Y) > 0.99
+    assert any("cameras" in said for said in scene.warnings)
 
 
 @pytest.mark.slow
@@ -241,22 +218,6 @@ def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: 
     for seed in range(4):
         scene = scene_of_cloud(Cloud.of(box_points(SIZE, count, seed=seed)), up=Z)
         assert len(scene.faces) == 6 or not fact_rows(scene, {"whole"})["whole"]
-
-
-def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
-    rng = np.random.default_rng(0)
-    floor = rectangle(rng, 4000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
-    small = rng.uniform(size=(300, 3)) * 0.2 + [1.0, 1.0, 0.01]
-    large = rng.uniform(size=(900, 3)) * 0.4 + [-1.0, -1.0, 0.01]
-    stray = np.array([[0.0, 1.5, 1.5]])
-    points = np.vstack([floor, small, large, stray])
-    owner = np.full(len(points), -1)
-    owner[:4000] = 0
-    bodies = cluster_bodies(points, owner, 0.05, support=(0,))
-    assert set(bodies[:4000].tolist()) == {-1}
-    assert set(bodies[4000:4300].tolist()) == {1}
-    assert set(bodies[4300:5200].tolist()) == {0}
-    assert bodies[-1] == -1
 
 
 @pytest.mark.parametrize("walls", [1, 2, 4])

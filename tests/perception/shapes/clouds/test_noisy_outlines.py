@@ -5,13 +5,11 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.shapes.clouds.cloud_outlines import covered_area
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.types import FloatArray
-from tests.perception.shapes.clouds.test_cloud_scene import table
 from tests.perception.shapes.sampled_shapes import box_points, rectangle
 
 X, Y, Z = np.eye(3)
@@ -54,23 +52,6 @@ def test_noise_that_grows_with_distance_leaves_a_box_its_faces() -> None:
     faces = [scene.faces[i] for i in scene.bodies[0].faces]
     areas = [float(f.plane.normal @ vector_area(scene.points[list(f.outline)])) for f in faces]
     assert sorted(areas) == pytest.approx([0.075, 0.075, 0.1, 0.1, 0.12], rel=0.1)
-
-
-@pytest.mark.parametrize("share", [0.0005, 0.0015])
-@pytest.mark.slow
-def test_heights_count_from_a_floor_that_was_measured(share: float) -> None:
-    thing = table(24_000) - [0.6, 0.4, 0.0]
-    # near the floor the legs are not told from it, or hidden
-    thing = thing[thing[:, 2] > 0.06]
-    points = noisy_with_distance(on_floor(thing, 20_000), np.array([-1.2, -0.8, 1.2]), share)
-    scene = scene_of_cloud(Cloud.of(points), up=Z)
-    facts = fact_rows(scene, {"elevation", "width", "area"})
-    areas, heights, widths = (
-        {name: value for name, value, _ in facts[k]} for k in ("area", "elevation", "width")
-    )
-    top = max((name for name in heights if areas[name] > 0.5), key=lambda name: heights[name])
-    assert heights[top] == pytest.approx(0.7, abs=0.01)
-    assert widths[top] == pytest.approx(0.8, abs=0.02)
 
 
 def test_a_wide_ground_with_dense_noisy_points_takes_little_memory() -> None:

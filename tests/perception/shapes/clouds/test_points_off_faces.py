@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.clouds.cloud_regions import off_faces
+from facetlog.perception.shapes.clouds.cloud_scene import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
 
 NOISE = 0.01

@@ -8,8 +8,7 @@ from facetlog.kb.recognize import open_knowledge_base
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_regions import SENSOR_WITHIN
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.cloud_scene import SENSOR_WITHIN, scene_of_cloud
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle
 

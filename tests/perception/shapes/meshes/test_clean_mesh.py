@@ -51,22 +51,6 @@ def test_corners_a_rounding_apart_are_one_and_others_are_not() -> None:
     assert not clean_mesh(Mesh.of(soup + 1e-3 * noise, triangles)).closed.any()
 
 
-def test_a_strip_with_one_side_is_kept() -> None:
-    turn = np.linspace(0, 2 * np.pi, 41)[:-1]
-    rims = []
-    for side in (-0.3, 0.3):
-        radius = 1 + side * np.cos(turn / 2)
-        rims.append(
-            np.column_stack([radius * np.cos(turn), radius * np.sin(turn), side * np.sin(turn / 2)])
-        )
-    n = len(turn)
-    quads = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)] + [(n - 1, n, 0, 2 * n - 1)]
-    triangles = [(a, b, c) for a, b, c, _ in quads] + [(a, c, d) for a, _, c, d in quads]
-    surface = clean_mesh(Mesh.of(np.concatenate(rims), triangles))
-    assert len(surface.triangles) == 2 * n
-    assert not surface.closed.any()
-
-
 @pytest.mark.parametrize("points", [np.zeros((3, 3)), np.outer(np.arange(3), np.ones(3))])
 def test_a_mesh_without_area_is_an_input_error(points: object) -> None:
     with pytest.raises(InputError, match="export the mesh again"):

@@ -51,12 +51,6 @@ def test_a_block_among_thousands_of_slivers_is_a_block() -> None:
     )
 
 
-def test_a_few_loose_strips_stay_for_they_may_be_what_is_looked_for() -> None:
-    scene = _scene(_among_slivers(20, 1e-4))
-    assert len(scene.faces) > 6
-    assert not scene.warnings
-
-
 def test_wide_loose_triangles_are_kept_until_they_are_too_many() -> None:
     kept = without_loose_strips(clean_mesh(_among_slivers(MANY_PARTS + 10, 0.1, 0.4)))
     assert len(kept.triangles) == MANY_PARTS + 10 + 12

@@ -173,7 +173,3 @@ def test_an_empty_room_is_no_thing(name: str) -> None:
     empty = scene_of(ROOMS[name])
     assert len(empty.faces) >= 5
     assert not any(body.faces for body in empty.bodies)
-
-
-def test_three_walls_without_a_thing_are_a_corner() -> None:
-    assert any(body.faces for body in scene_of(slabs(3)).bodies)

@@ -6,8 +6,7 @@ import pytest
 from facetlog.perception.reading.shape_files.clouds.point_cloud import Cloud
 from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface
-from facetlog.perception.shapes.regions.up_direction import find_up
+from facetlog.perception.shapes.regions.floor_and_walls import FacedSurface, find_up
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle, turned
 
