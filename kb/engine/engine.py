@@ -349,7 +349,7 @@ def _pyswip_core() -> Any:
 
 
 def _version(number: int) -> tuple[int, int, int]:
-    """Major, minor and patch of SWI-Prolog's version number.
+    """Return major, minor and patch of SWI-Prolog's version number.
 
     >>> _version(90004)
     (9, 0, 4)

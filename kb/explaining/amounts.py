@@ -147,7 +147,7 @@ def _format_small_number(value: float) -> str:
 
 
 def length_words(values: Sequence[float], sd: float, si_unit: str, *, sign: str = ", ") -> str:
-    """Lengths that stand together, with one deviation, in the unit that suits them.
+    """Return lengths that stand together, with one deviation, in the unit that suits them.
 
     >>> length_words((0.254,), 6.8e-05, "m"), length_words((0.2541, 0.1524), 0, "m", sign=" × ")
     ('254.0 ± 0.068 mm', '25.41 × 15.24 cm')

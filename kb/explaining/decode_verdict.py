@@ -121,7 +121,7 @@ def _is_several(group: Term) -> bool:
 
 
 def _measured_limits(limits: Sequence[Term]) -> tuple[str, ...]:
-    """Limits that were measured themselves, as the rules have them; none if no limit was."""
+    """Return limits that were measured themselves, as the rules have them; none if no limit was."""
     found = tuple("" if _is_given(limit) else readable(limit) for limit in limits)
     return found if any(found) else ()
 

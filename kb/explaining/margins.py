@@ -84,7 +84,8 @@ def margin(verdict: "Verdict") -> Margin | None:
 
 
 def turned(verdict: "Verdict") -> Iterator[Margin]:
-    """For each measured value the least changes that turn the verdict, one for each new state."""
+    """Yield for each measured value the least changes that turn the verdict, one for each new
+    state."""
     before = _joined(c.proof.state for c in verdict.conditions)
     reading = _Reading({})
     for measure, found in _comparisons(verdict.conditions).items():
@@ -126,7 +127,7 @@ def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison
 
 
 def _iter_edge_changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, float]]:
-    """Changes of a value up to an edge of a region, and the values there and just beyond."""
+    """Yield changes of a value up to an edge of a region, and the values there and just beyond."""
     for comparison in found:
         value = comparison.value
         for edge in filter(math.isfinite, comparison.within.edges):

@@ -90,7 +90,8 @@ class Within:
         return low - half, high + half
 
     def text(self, unit: Unit) -> str:
-        """For example 'at most 46 mm'; degrees, which need no unit to be understood, bare."""
+        """Return for example 'at most 46 mm'; degrees, which need no unit to be understood,
+        bare."""
         limits = tuple(amount(unit.of(limit)) for limit in self.limits)
         match self.sort, limits:
             case "near", (target, tolerance):
@@ -257,7 +258,7 @@ class Comparison:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """Value, region and what is missing as plain data."""
+        """Return value, region and what is missing as plain data."""
         within = {"sort": self.within.sort, "limits": list(self.within.limits)}
         widths = {"fading": self.within.fading, "soft": self.within.soft}
         slopes = {name: width for name, width in widths.items() if width > 0}

@@ -311,7 +311,7 @@ def _iter_part_lines(verdict: "Verdict", *, full: bool) -> Iterator[str]:
 
 
 def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
-    """Parts with their faces, from the longest text to the shortest.
+    """Return parts with their faces, from the longest text to the shortest.
 
     First each face, then those that follow one another as one, then their number, then no parts
     that are groups.

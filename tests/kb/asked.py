@@ -46,7 +46,7 @@ class Asked:
 
 @contextmanager
 def asked(facts: Iterable[Fact], rules: Path | None = None) -> Iterator[Asked]:
-    """The facts, loaded, with a user's rules if any."""
+    """Yield the facts, loaded, with a user's rules if any."""
     with KnowledgeBase(PATIENT) as base:
         if rules:
             base.load_rules(rules, trusted=True)

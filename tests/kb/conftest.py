@@ -46,7 +46,7 @@ def cuboid(size: Sequence[float], at: Sequence[float] = (0.0, 0.0, 0.0)) -> Soli
 
 
 def prism(outline: Iterable[tuple[float, float]], depth: float) -> Solid:
-    """A prism whose end is an outline in the x-z plane, counter-clockwise seen from -y."""
+    """Return a prism whose end is an outline in the x-z plane, counter-clockwise seen from -y."""
     ring = list(outline)
     n = len(ring)
     points = np.array([(x, y, z) for y in (0.0, depth) for x, z in ring])
@@ -61,7 +61,7 @@ def pyramid(side: float, height: float) -> Solid:
 
 
 def room_corner(size: float = 2.0) -> Solid:
-    """A floor and two walls, seen from inside."""
+    """Return a floor and two walls, seen from inside."""
     s = size
     points = np.array(
         [(0, 0, 0), (s, 0, 0), (s, s, 0), (0, s, 0), (0, 0, s), (s, 0, s), (0, s, s)], float
@@ -110,7 +110,8 @@ def build_facts(
     implied: Iterable[int] = (),
     angle_sd: float = 0.4,
 ) -> tuple[Fact, ...]:
-    """Facts of the faces `seen` (all if None) of one thing, t1, named by their places from 0.
+    """Return facts of the faces `seen` (all if None) of one thing, t1, named by their places from
+    0.
 
     Faces that are `implied` were not measured; all angles have the deviation `angle_sd`.
     """
@@ -142,20 +143,20 @@ def build_facts(
 
 @pytest.fixture(scope="module")
 def base() -> Iterator[KnowledgeBase]:
-    """A knowledge base for all tests of a module."""
+    """Return a knowledge base for all tests of a module."""
     with KnowledgeBase() as base:
         yield base
 
 
 @pytest.fixture(scope="session")
 def solid() -> Callable[[str], Solid]:
-    """An ideal solid by name."""
+    """Return an ideal solid by name."""
     return lambda name: SOLIDS[name]()
 
 
 @pytest.fixture(scope="session")
 def facts_of() -> Build:
-    """Facts of an ideal solid by name; keywords as build_facts."""
+    """Return facts of an ideal solid by name; keywords as build_facts."""
 
     @cache
     def build(name: str, **options: Any) -> tuple[Fact, ...]:
@@ -166,5 +167,5 @@ def facts_of() -> Build:
 
 @pytest.fixture(scope="session")
 def facts_of_solid() -> Build:
-    """Facts of a solid; keywords as build_facts."""
+    """Return facts of a solid; keywords as build_facts."""
     return build_facts

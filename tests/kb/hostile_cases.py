@@ -95,7 +95,8 @@ said(Terms, Text) :-
 
 
 def cases(name: str) -> list[tuple[str, str, str]]:
-    """Title, expectation and text of each case of a corpus; questions are their own titles."""
+    """Return title, expectation and text of each case of a corpus; questions are their own
+    titles."""
     blocks = (HERE / name).read_text(encoding="utf-8").split("\n=== ")[2:]
     found = []
     for block in blocks:
@@ -119,7 +120,7 @@ class Aviary:
         self.last = self.song()
 
     def song(self) -> tuple[object, ...]:
-        """State that nothing may change: Prolog, facts, answers, folder, threads."""
+        """Return the state that nothing may change: Prolog, facts, answers, folder, threads."""
         parts = [part.faces[0] for part in self.base.judge("s", "canary", "t1").parts]
         # Prolog has its main thread, one that collects atoms, and those of our pool.
         pool = [t for t in threading.enumerate() if t.name == "facetlog-prolog"]
@@ -137,7 +138,7 @@ class Aviary:
         )
 
     def rows(self, question: str) -> list[tuple[Term, ...]]:
-        """All answers to a question."""
+        """Return all answers to a question."""
         return list(self.base.query(question))
 
     @contextmanager

@@ -81,7 +81,7 @@ def facts_of(name: str, **sizes: float) -> list[Fact]:
 
 
 def noisy(facts: Iterable[Fact], seed: int, by: float = 30.0) -> list[Fact]:
-    """Facts measured worse: deviations so many times as large, values moved by them."""
+    """Return facts measured worse: deviations so many times as large, values moved by them."""
     generator = np.random.default_rng(seed)
     found = []
     for fact in facts:
@@ -116,7 +116,7 @@ def in_full(base: KnowledgeBase, facts: Iterable[Fact]) -> tuple[BriefVerdict, .
 
 
 def as_whole(facts: list[Fact], seed: int) -> list[Fact]:
-    """A thing as if it were known from all sides, the rest drawn at random."""
+    """Return a thing as if it were known from all sides, the rest drawn at random."""
     generator = np.random.default_rng(seed)
     found: list[Fact] = [*facts, ("whole", "t1")]
     found.append(("solidity", "t1", generator.uniform(), 0.01))

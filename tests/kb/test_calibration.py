@@ -97,7 +97,7 @@ def test_a_map_never_falls_and_never_says_nought_or_one(
 
 
 def everywhere(truth: bool, model: str = "box", kind: InputKind = PICTURES) -> list[Sample]:
-    """Five verdicts from each source."""
+    """Return five verdicts from each source."""
     return [sample(0.9, truth, model, kind, source) for source in SOURCES for _ in range(5)]
 
 

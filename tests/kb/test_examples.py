@@ -129,7 +129,7 @@ def test_each_scene_is_made_once(base: KnowledgeBase, tmp_path: Path) -> None:
 
 
 def _two_things() -> tuple[Fact, ...]:
-    """A thick block t1, and a small flat one t2 beside it."""
+    """Return a thick block t1, and a small flat one t2 beside it."""
     big, small = _facts(cuboid(0.8, 0.5, 0.5)), _facts(cuboid(0.08, 0.05, 0.005))
 
     def renamed(fact: Fact) -> Fact:

@@ -49,7 +49,7 @@ def verdicts(judge: BatchJudge, name: str = "table") -> tuple[BriefVerdict, ...]
 
 
 def is_kept(judge: BatchJudge) -> bool:
-    """Whether its models stand in a module that is named by what it holds."""
+    """Return whether its models stand in a module that is named by what it holds."""
     return judge._scene.startswith("facetlog_batch:")
 
 

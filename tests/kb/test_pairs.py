@@ -14,7 +14,8 @@ FACES = tuple(f"f{i}" for i in range(12))
 
 
 def scene(seed: int, *, sd: float = 1.0) -> list[Fact]:
-    """Twelve faces, one of them implied, whose relations are drawn at random; some angles lack."""
+    """Return twelve faces, one of them implied, whose relations are drawn at random; some angles
+    lack."""
     rng = np.random.default_rng(seed)
     facts: list[Fact] = [("thing", "t1")]
     for name in FACES:

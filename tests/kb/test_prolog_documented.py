@@ -20,7 +20,7 @@ CLOSED = re.compile(r"\([^()]*\)|\[[^\[\]]*\]")
 
 
 def exports(text: str) -> set[tuple[str, int]]:
-    """The predicates that a module exports, as (name, number of arguments)."""
+    """Return the predicates that a module exports, as (name, number of arguments)."""
     head = MODULE.search(text)
     assert head is not None
     bare = re.sub(r"%.*", "", head[1])
@@ -28,7 +28,7 @@ def exports(text: str) -> set[tuple[str, int]]:
 
 
 def documented(text: str) -> set[tuple[str, int]]:
-    """The predicates with a mode line."""
+    """Return the predicates with a mode line."""
     found = set()
     for name, arguments in MODE.findall(text):
         inner, before = arguments, ""

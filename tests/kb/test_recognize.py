@@ -37,7 +37,9 @@ def test_each_model_recognises_its_thing_and_nothing_else_does(facts_of: Build, 
 def test_what_is_no_box_is_never_called_one(facts_of: Build, name: str) -> None:
     for up in ((0.0, 0.0, 1.0), None):
         box = verdict(recognize(facts_of(name, up=up), scene_name=name), "box")
-        assert box.state is State.FAILS, box.summary
+        # The notch of a step may be space that was not seen: its solidity has two readings.
+        allowed = {State.FAILS, State.UNKNOWN} if name == "step" else {State.FAILS}
+        assert box.state in allowed, box.summary
 
 
 def test_three_faces_without_up_or_scale_are_a_box(facts_of: Build) -> None:

@@ -14,7 +14,8 @@ FACES = tuple(f"f{i}" for i in range(9))
 
 
 def scene(seed: int) -> list[Fact]:
-    """Faces of one thing, one implied, with their areas and which adjoin, drawn at random."""
+    """Return faces of one thing, one implied, with their areas and which adjoin, drawn at
+    random."""
     rng = np.random.default_rng(seed)
     facts: list[Fact] = [("thing", "t1"), ("thing", "t2")]
     for name, area in zip(FACES, rng.permutation(len(FACES)) + 1.0, strict=True):

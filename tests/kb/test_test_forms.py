@@ -21,7 +21,7 @@ condition({name}, line, "it is as asked", Thing, [_], {test}).
 
 
 def facts(**areas: tuple[float, float]) -> list[Fact]:
-    """A thing with a face for each area; `up` is not given."""
+    """Return a thing with a face for each area; `up` is not given."""
     found: list[Fact] = [("scene", "s"), ("scale", "metric"), ("thing", "t1"), ("thing", "t2")]
     for name, (area, sd) in areas.items():
         found += [("face", name), ("part_of", name, "t1"), ("evidence", name, "measured")]
@@ -32,7 +32,7 @@ def facts(**areas: tuple[float, float]) -> list[Fact]:
 
 
 def judged(folder: Path, scene: Iterable[Fact], **tests: str) -> Verdict:
-    """Verdict of the first of the models, each of which has one condition."""
+    """Return the verdict of the first of the models, each of which has one condition."""
     path = folder / "m.pl"
     text = "".join(MODEL.format(name=name, test=test) for name, test in tests.items())
     path.write_text(HEAD + text)

@@ -16,7 +16,8 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, t
 
 
 def heap(count: int) -> Scene:
-    """Boxes of three heights side by side, in one piece: any three may be treads of stairs."""
+    """Return boxes of three heights side by side, in one piece: any three may be treads of
+    stairs."""
     boxes = [
         moved(
             cuboid(0.3, 0.2, 0.17 * (1 + k % 3)),

@@ -33,7 +33,8 @@ def base() -> Iterator[KnowledgeBase]:
 
 
 def quarters(filled: set[Octant], axis: int, sign: int) -> dict[tuple[int, int], bool]:
-    """Which of the four octants round a half axis are filled, by their signs on the others."""
+    """Return which of the four octants round a half axis are filled, by their signs on the
+    others."""
     found = {}
     for signs in product((-1, 1), repeat=2):
         octant = list(signs)
@@ -43,8 +44,8 @@ def quarters(filled: set[Octant], axis: int, sign: int) -> dict[tuple[int, int],
 
 
 def label(filled: set[Octant], axis: int, sign: int, eye: Octant) -> tuple[str, int] | None:
-    """Label of the half axis for an eye in that octant, and which other axis bounds its one seen
-    face; None if nothing is seen there."""
+    """Return the label of the half axis for an eye in that octant, and which other axis bounds its
+    one seen face; None if nothing is seen there."""
     round_it = quarters(filled, axis, sign)
     side = tuple(eye[k] for k in range(3) if k != axis)
     if sum(round_it.values()) not in (1, 3) or round_it[side]:  # type: ignore[index]
@@ -59,8 +60,8 @@ def label(filled: set[Octant], axis: int, sign: int, eye: Octant) -> tuple[str, 
 
 
 def shown_by_corners() -> dict[str, set[tuple[str, ...]]]:
-    """Junctions that corners where three planes meet at right angles show to eyes in all empty
-    octants.
+    """Return junctions that corners where three planes meet at right angles show to eyes in all
+    empty octants.
 
     Of the eight octants some are solid, so that three edges meet (Huffman 1971).
     """
@@ -128,7 +129,7 @@ def test_the_catalogue_is_what_corners_of_three_planes_show(base: KnowledgeBase)
 
 
 def labelled(base: KnowledgeBase, scene: Scene) -> dict[str, dict[str, str]]:
-    """The label of each labelled edge, by view."""
+    """Return the label of each labelled edge, by view."""
     facts = [fact.row for fact in facts_on_demand(scene)]
     views = [("view", f"view{i}", name) for i, name in enumerate(scene.views, 1)]
     base.load_scene("drawn", [*views, *facts])
@@ -159,7 +160,7 @@ def test_labels_of_solids_are_what_their_faces_are_to_each_other(
 
 
 def possible(base: KnowledgeBase, points: object, lines: object) -> bool:
-    """Whether a drawing has a labelling when nothing is known of what is behind it."""
+    """Return whether a drawing has a labelling when nothing is known of what is behind it."""
     drawing = LineDrawing.between(np.array(points, dtype=np.float64), np.array(lines))
     names = [f"x{i}" for i in range(1, len(drawing.points) + 1)]
     rows = drawing_rows("view1", drawing, names, [f"e{i}" for i in range(1, 99)])

@@ -18,7 +18,7 @@ HOLE = np.array([[0.15, 0.15], [0.15, 0.85], [0.85, 0.85], [0.85, 0.15]])
 
 
 def flat_scene(outline: FloatArray, holes: Sequence[FloatArray], turn: Rotation) -> Scene:
-    """One face (k, 2) with holes, all given in its plane."""
+    """Return one face (k, 2) with holes, all given in its plane."""
     loops, begin = [], 0
     for ring in (outline, *holes):
         loops.append(tuple(range(begin, begin + len(ring))))

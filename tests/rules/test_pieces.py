@@ -204,7 +204,7 @@ def worded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loaded]:
 
 
 def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
-    """The verdicts of the interpreter, which those of the batch are equal to."""
+    """Return the verdicts of the interpreter, which those of the batch are equal to."""
     base, judge = worded
     (columns,) = fact_columns([scene], {kind for kind, _ in judge.needed})
     brief = {v.model: v for v in judge.judge_columns(columns) if v.thing == "t1"}

@@ -30,7 +30,7 @@ def judge() -> Iterator[BatchJudge]:
 
 
 def scanned(scene: Scene, azimuth: float, height: float) -> Scene:
-    """View of the scene by a sensor from this direction, degrees, as a body."""
+    """Return view of the scene by a sensor from this direction, degrees, as a body."""
     around, over = np.deg2rad([azimuth, height])
     way = np.array([np.cos(over) * np.cos(around), np.cos(over) * np.sin(around), np.sin(over)])
     middle = scene.points.mean(axis=0)
@@ -40,7 +40,7 @@ def scanned(scene: Scene, azimuth: float, height: float) -> Scene:
 
 
 def box(judge: BatchJudge, scene: Scene) -> BriefVerdict:
-    """The verdict on the only thing."""
+    """Return the verdict on the only thing."""
     (verdict,) = [found for found in judge.judge(fact_rows(scene)) if found.model == "box"]
     return verdict
 
@@ -82,8 +82,8 @@ def test_the_verdict_on_a_scan_does_not_need_up_or_scale(judge: BatchJudge, buil
 
 
 def seat_of_bars(*, back: bool) -> Scene:
-    """A seat seen from above on four legs, with or without two posts and two rails on its rear: all
-    bars are known as edges alone.
+    """Return a seat seen from above on four legs, with or without two posts and two rails on its
+    rear: all bars are known as edges alone.
     """
     slab = [(x, y, z) for z in (0.42, 0.46) for y in (0.0, 0.42) for x in (0.0, 0.42)]
     feet = [(x, y, 0.0) for x, y, _ in slab[:4]]

@@ -82,7 +82,7 @@ def judge() -> Iterator[BatchJudge]:
 
 
 def holding(judge: BatchJudge, made: Scene) -> set[str]:
-    """Which of box, table and chair hold."""
+    """Return which of box, table and chair hold."""
     verdicts = judge.judge(fact_rows(made))
     return {v.model for v in verdicts if v.state == "holds"} & {"box", "table", "chair"}
 

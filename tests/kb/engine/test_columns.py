@@ -39,13 +39,13 @@ WIDEST = 6
 
 @st.composite
 def tables(draw: st.DrawFn) -> tuple[tuple[Term, ...], ...]:
-    """Rows of equal width; each column has values of one kind, or of several."""
+    """Return rows of equal width; each column has values of one kind, or of several."""
     kinds = draw(st.lists(KINDS, min_size=1, max_size=WIDEST))
     return tuple(draw(st.lists(st.tuples(*kinds), max_size=5)))
 
 
 def echoed(base: KnowledgeBase, rows: tuple[tuple[Term, ...], ...]) -> list[tuple[Term, ...]]:
-    """The rows after their way to Prolog and back."""
+    """Return the rows after their way to Prolog and back."""
     names = [f"V{i}" for i in range(len(rows[0]))] if rows else ["V"]
     goal = f"member([{','.join(names)}], Rows)"
     return list(base.query(goal, bindings={"Rows": rows}))

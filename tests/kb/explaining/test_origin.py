@@ -24,7 +24,7 @@ OWN = {"point_cov", "plane", "plane_sd"}  # stated by the tests
 
 @pytest.fixture
 def facts(facts_of: Build) -> list[Fact]:
-    """Three faces of a box, f1 seen by 22 views."""
+    """Return three faces of a box, f1 seen by 22 views."""
     seen: list[Fact] = [("view", f"view{k}", f"{k:02}.png") for k in range(22)]
     for v in (4, 5, 6, 7):
         seen += [("observed", f"v{v}", f"view{k}", 100.0 + v, 50.25, 0.5, 0.4) for k in range(22)]
@@ -76,7 +76,7 @@ def test_a_fact_comes_from_the_faces_that_it_names(facts: list[Fact]) -> None:
 
 @pytest.fixture
 def with_pieces(facts: list[Fact]) -> list[Fact]:
-    """The facts with a piece that owns two of the faces, and an opening in one of them."""
+    """Return the facts with a piece that owns two of the faces, and an opening in one of them."""
     return [
         *facts,
         ("piece", "p1"),

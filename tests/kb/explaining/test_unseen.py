@@ -23,7 +23,7 @@ CUBE = tuple((x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5,
 
 
 def camera(number: int, azimuth_deg: float, *, high: float = 0.0, count: int = 8) -> Place:
-    """A camera 2 m away; 0° looks from +x, 90° from +y."""
+    """Return a camera 2 m away; 0° looks from +x, 90° from +y."""
     turn, rise = math.radians(azimuth_deg), math.radians(high)
     at = (
         2 * math.cos(rise) * math.cos(turn),

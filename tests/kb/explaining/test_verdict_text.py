@@ -24,7 +24,7 @@ SOLIDS = ("cuboid", "table", "chair", "stool", "shelf", "cabinet", "stairs", "ro
 
 @cache
 def judged(name: str) -> tuple[Verdict, ...]:
-    """Verdicts of all built-in models on a solid."""
+    """Return verdicts of all built-in models on a solid."""
     facts = [fact.row for fact in scene_facts(build(name, {}))]
     with asked(facts) as ask:
         return tuple(ask.judge(model) for model in BUILTIN_MODELS)

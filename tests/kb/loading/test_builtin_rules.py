@@ -14,7 +14,7 @@ from facetlog.kb.loading.builtin_rules import builtin_rules
 
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """A cache that is empty, as for a process that begins."""
+    """Return a cache that is empty, as for a process that begins."""
     monkeypatch.delenv("FACETLOG_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(rules, "_folder", rules._folder.__wrapped__)

@@ -26,7 +26,7 @@ ARITY = {"face": 1, "area": 3, "corner": 3, "point_cov": 7, "observed": 6}
 
 
 def loaded(base: KnowledgeBase, facts: list[Fact], name: str) -> list[tuple[Term, ...]]:
-    """Facts of one kind that the scene holds, atoms as texts."""
+    """Return facts of one kind that the scene holds, atoms as texts."""
     base.load_scene("s", facts)
     variables = ",".join(f"V{i}" for i in range(ARITY[name]))
     rows = base.query(f"{name}({variables})", scenes=("s",))

@@ -31,7 +31,8 @@ size(asks, _, _, Second, offset(First, Second)) :-
 
 @st.composite
 def offsets(draw: st.DrawFn) -> list[Fact]:
-    """Offsets of each two of some names, in either order, most often in the order of the names."""
+    """Return offsets of each two of some names, in either order, most often in the order of the
+    names."""
     names = draw(NAMES)
     found: list[Fact] = [
         (a, b, draw(VALUES), 0.5) for a, b in permutations(dict.fromkeys(names), 2)

@@ -24,12 +24,12 @@ class Shelf(NamedTuple):
     path: Path
 
     def load(self, text: str, *, trusted: bool = True) -> RuleFile:
-        """The file with this text, loaded."""
+        """Return the file with this text, loaded."""
         self.path.write_text(text, encoding="utf-8", newline="")
         return self.base.load_rules(self.path, trusted=trusted)
 
     def faults(self, text: str, *, trusted: bool = True) -> list[str]:
-        """Faults of the text, each without the file's name."""
+        """Return faults of the text, each without the file's name."""
         before = dict(self.base.models)
         with pytest.raises(RuleSyntaxError) as caught:
             self.load(text, trusted=trusted)

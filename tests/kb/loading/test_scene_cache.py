@@ -58,7 +58,7 @@ class Prolog:
         self.base.drop_scene(name)
 
     def facts(self, module: str) -> list[Struct]:
-        """All facts of a scene, grouped by functor, in their order."""
+        """Return all facts of a scene, grouped by functor, in their order."""
         (scene,) = (name for name, s in self.base.scenes.items() if s.module == module)
         found = []
         for kind in FACT_SCHEMA:
@@ -81,7 +81,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SceneCache:
 
 @pytest.fixture
 def saved(prolog: Prolog, cache: SceneCache) -> Path:
-    """The file of the block's scene."""
+    """Return the file of the block's scene."""
     path = cache.path("block", prolog.identity)
     assert path is not None
     with prolog.scene(BLOCK) as module:
@@ -90,7 +90,8 @@ def saved(prolog: Prolog, cache: SceneCache) -> Path:
 
 
 def loads(prolog: Prolog, cache: SceneCache, path: Path) -> list[Struct] | None:
-    """Facts that the cache puts into a fresh scene, which stays empty if the cache has nothing."""
+    """Return facts that the cache puts into a fresh scene, which stays empty if the cache has
+    nothing."""
     with prolog.scene() as module:
         count = cache.load(path, module, prolog.ask)
         facts = prolog.facts(module)

@@ -48,7 +48,7 @@ class Case:
     models: Sequence[Model]
 
     def rules(self) -> tuple[list[str], list[str]]:
-        """The texts of the clauses of the two files."""
+        """Return the texts of the clauses of the two files."""
         clauses = ["tolerance(own, 12)"]
         clauses += [f"means('{word}'(X), {prolog(test)})" for word, test in self.words.items()]
         for own, (measure, times) in self.measures.items():
@@ -67,7 +67,7 @@ class Case:
 
 
 def random_case(seed: int, tests: int, models: int = 2) -> Case:
-    """A scene with so many tests and at most so many models, the same for the same seed."""
+    """Return a scene with so many tests and at most so many models, the same for the same seed."""
     draw = Random(seed)
     measures = {own: OWN_MEASURES[own] for own in OWN_MEASURES if draw.random() < 0.15}
     short = Drawing(draw, ("X",))

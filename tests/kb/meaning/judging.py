@@ -30,7 +30,7 @@ ALIKE = (0, 0, 0, 2, 2, 2)
 
 
 def program() -> str:
-    """The goal that loads the program and judging.pl."""
+    """Return the goal that loads the program and judging.pl."""
     bridge = house("kb") / "prolog" / "bridge.pl"
     return (
         f"load_files({str(bridge)!r}, [silent(true)]),"
@@ -53,7 +53,7 @@ class Judging:
         )
 
     def said(self, case: Case) -> Any:
-        """Answer of judging.pl to the case."""
+        """Return the answer of judging.pl to the case."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(written(case))
@@ -70,7 +70,7 @@ class Judging:
 
 
 def written(case: Case) -> str:
-    """The line that judging.pl reads."""
+    """Return the line that judging.pl reads."""
     facts = ",".join(_fact(key, values) for key, values in case.facts.items())
     files = [f"[{','.join(f'({rule})' for rule in rules)}]" for rules in case.rules()]
     tests = ",".join(map(prolog, case.tests))
@@ -87,8 +87,8 @@ def _fact(key: tuple[object, ...], values: tuple[float, ...]) -> str:
 
 
 def differences(case: Case, rows: Any) -> list[str]:
-    """One line for each way of judging that says something else than the reference, short ones
-    first."""
+    """Return one line for each way of judging that says something else than the reference, short
+    ones first."""
     tests, pairs, verdicts = rows
     scene = scene_of(case)
     found = []
@@ -128,7 +128,7 @@ def _of_test(scene: Scene, test: Term, ways: Sequence[Any]) -> Iterator[str]:
 
 
 def close(said_now: Any, expected: Any) -> bool:
-    """Whether words are equal, and numbers that are as good as equal."""
+    """Return whether words are equal, and numbers that are as good as equal."""
     if isinstance(said_now, list):
         return len(said_now) == len(expected) and all(map(close, said_now, expected))
     if isinstance(expected, (int, float)) and isinstance(said_now, (int, float)):
@@ -137,7 +137,7 @@ def close(said_now: Any, expected: Any) -> bool:
 
 
 def _wrong_step(row: Any, expected: Proof) -> str:
-    """Fault of the first step that is not as expected."""
+    """Return the fault of the first step that is not as expected."""
     state, low, high, detail, rows = row
     if not close([state, low, high], [expected.state, expected.low, expected.high]):
         return f"{row[:4]}, not {expected.state, expected.low, expected.high}"

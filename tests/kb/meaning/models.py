@@ -62,7 +62,7 @@ class Model:
     size: tuple[str, str] | None
 
     def clauses(self) -> list[str]:
-        """The texts of the model's clauses."""
+        """Return the texts of the model's clauses."""
         parts = f"[{', '.join(self.parts)}]"
         clauses = [f'model({self.name}, "", [{", ".join(map(str.lower, self.parts))}])']
         if self.join:
@@ -143,7 +143,7 @@ def _search(members: Members, parts: str) -> str:
 def random_models(
     draw: Random, words: Mapping[str, Term], most: int, *, crowded: bool = False
 ) -> tuple[Model, ...]:
-    """Models of `rules`, and in one of two cases one of `asking` that asks for others."""
+    """Return models of `rules`, and in one of two cases one of `asking` that asks for others."""
     names = [f"m{number}" for number in range(1, draw.randint(1, max(1, most)) + 1)]
     models = [_random_model(draw, name, "rules", words, (), crowded=crowded) for name in names]
     if draw.random() < 0.5:

@@ -32,7 +32,7 @@ class Proof:
 
 
 def proof_of(scene: Scene, test: Term) -> Proof:
-    """The proof of a test that has a meaning."""
+    """Return the proof of a test that has a meaning."""
     state, low, high, _ = said(scene, test)
     details, steps, ordered = _inside(scene, test)
     return Proof(STATES[state], low, high, details, steps, ordered)
@@ -132,7 +132,7 @@ def _expressions(test: Term) -> list[Term]:
 
 
 def _missing(scene: Scene, expressions: Sequence[Term]) -> Term:
-    """The first measure that is not known, or an expression whose terms are known."""
+    """Return the first measure that is not known, or an expression whose terms are known."""
     for expression in expressions:
         if quantity(scene, expression) is None:
             assert isinstance(expression, tuple)

@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
 
 
 def open_measures(scene: Scene, test: Term) -> bool:
-    """Whether the test asks for a measure that space changes which was not seen."""
+    """Return whether the test asks for a measure that space changes which was not seen."""
     if isinstance(test, tuple) and test[0] in OPEN:
         return scene.fact("unseen_bounds", *map(scene.name, test)) is not None
     return isinstance(test, (tuple, list)) and any(open_measures(scene, part) for part in test)
@@ -48,7 +48,8 @@ class Compared(NamedTuple):
 
 
 def compared(scene: Scene, test: Term) -> Compared | None:
-    """The test of a measure against its limits; None where the scene does not know one of them."""
+    """Return the test of a measure against its limits; None where the scene does not know one of
+    them."""
     assert isinstance(test, tuple)
     bounds, slopes = (test[1], test[2]) if test[0] in SLOPES else (test, None)
     width = slopes if test[0] == "fading" else None
@@ -131,12 +132,12 @@ def _said(
 
 
 def _inside(masses: Sequence[float]) -> float:
-    """The mass between the edges, from that on the inner side of each."""
+    """Return the mass between the edges, from that on the inner side of each."""
     return min(1, max(0, sum(masses) - len(masses) + 1))
 
 
 def _scale(within: Sequence[object]) -> float:
-    """Half the width of a region, its tolerance, or its limit."""
+    """Return half the width of a region, its tolerance, or its limit."""
     form, *limits = within
     low, high = (float(str(one)) for one in (limits[0], limits[-1]))
     return abs(high - low) / 2 if form == "between" else abs(high)
@@ -149,7 +150,7 @@ def _mass(distance: float, var: float) -> float:
 
 
 def _faded(distance: float, var: float, width: float) -> float:
-    """The mean of a slope's membership over the normal distribution."""
+    """Return the mean of a slope's membership over the normal distribution."""
     sd = math.sqrt(var)
     if abs(distance) > width + 40 * sd:  # beyond the slope: the difference below would cancel
         return float(distance > 0)
@@ -172,7 +173,7 @@ def _comparable(scene: Scene, test: Term, one: Quantity, two: Quantity) -> None:
 
 
 def quantity(scene: Scene, expression: Term) -> Quantity | None:
-    """Value of an expression; None where the scene does not know.
+    """Return the value of an expression; None where the scene does not know.
 
     Raises FaultyTestError for what has no meaning.
     """

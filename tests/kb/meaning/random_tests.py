@@ -57,7 +57,7 @@ class Drawing:
     models: Sequence[str] = ()
 
     def test(self, depth: int) -> Term:
-        """A test within which so many others stand."""
+        """Return a test within which so many others stand."""
         if depth == 0 or self.draw.random() < 0.25:
             return self._leaf()
         forms = self._forms(depth)
@@ -128,8 +128,8 @@ class Drawing:
         return self._compared(self._expression(kind, 1), lambda: self._limit(kind))
 
     def faulty(self) -> Term:
-        """A comparison of what may not be compared, of a measure whose clause gives nonsense, or of
-        a tolerance that nobody named; or else one that is in order."""
+        """Return a comparison of what may not be compared, of a measure whose clause gives
+        nonsense, or of a tolerance that nobody named; or else one that is in order."""
         draw = self.draw
         kinds = draw.choice((("length", "deg"), ("area", "length"), ("ratio", "area")))
         one, two = (self._expression(kind, 0) for kind in kinds)

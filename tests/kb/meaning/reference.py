@@ -17,7 +17,7 @@ __all__ = ["all_of", "any_of", "instances", "left_open", "said"]
 
 
 def said(scene: Scene, test: Term) -> Outline:
-    """(state, least and greatest probability, by how much it fails) of the test.
+    """Return (state, least and greatest probability, by how much it fails) of the test.
 
     Raises FaultyTestError for one without meaning.
     """
@@ -70,7 +70,7 @@ def _compared(scene: Scene, test: Term) -> Outline:
 
 
 def either(one: Outline, two: Outline) -> Outline:
-    """Outline where nobody knows which of two is so."""
+    """Return the outline where nobody knows which of two is so."""
     state = one[0] if one[0] == two[0] else UNKNOWN
     return state, min(one[1], two[1]), max(one[2], two[2]), min(one[3], two[3])
 
@@ -81,7 +81,8 @@ def word_scene(scene: Scene, argument: Term) -> Scene:
 
 
 def instances(scene: Scene, test: Term) -> Iterator[Scene]:
-    """The scenes in which a quantifier asks its test, one for each element or two elements."""
+    """Yield the scenes in which a quantifier asks its test, one for each element or two
+    elements."""
     match test:
         case ("each" | "some", variable, values, _):
             for value in scene.list(values):
@@ -108,14 +109,14 @@ def left_open(scene: Scene, test: Term) -> bool:
 
 
 def _unseen(scene: Scene, term: Term, variables: frozenset[str]) -> bool:
-    """Whether the test names a part that was not seen."""
+    """Return whether the test names a part that was not seen."""
     if isinstance(term, (tuple, list)):
         return any(_unseen(scene, part, variables) for part in term)
     return term not in variables and scene.name(term) == "unseen"
 
 
 def all_of(every: Sequence[Outline]) -> Outline:
-    """Outline of conditions that are all needed."""
+    """Return the outline of conditions that are all needed."""
     return (
         min((state for state, _, _, _ in every), default=HOLDS),
         math.prod(low for _, low, _, _ in every),
@@ -125,7 +126,7 @@ def all_of(every: Sequence[Outline]) -> Outline:
 
 
 def any_of(every: Sequence[Outline]) -> Outline:
-    """Outline of alternatives."""
+    """Return the outline of alternatives."""
     columns = zip(*every, strict=True) if every else ((), (), (), ())
     state, low, high, _ = (max(column, default=0) for column in columns)
     misses = (miss for _, _, _, miss in every)
@@ -137,7 +138,7 @@ def _not(one: Outline) -> Outline:
 
 
 def _ranked(every: Sequence[Outline], place: int, part: int) -> float:
-    """The place-th best, from 1."""
+    """Return the place-th best, from 1."""
     if place == 0:
         return 1
     values = sorted((one[part] for one in every), reverse=True)

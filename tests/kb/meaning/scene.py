@@ -44,29 +44,29 @@ class Scene:
     reading: int | None = None
 
     def name(self, name: Term) -> Term:
-        """Value of the name."""
+        """Return the value of the name."""
         return self.names.get(name, name) if isinstance(name, str) else name
 
     def list(self, values: Term) -> list[Term]:
-        """The elements of a list or of what a variable stands for."""
+        """Return the elements of a list or of what a variable stands for."""
         found = self.name(values)
         assert isinstance(found, list)
         return [self.name(value) for value in found]
 
     def with_names(self, names: Mapping[str, Term]) -> Scene:
-        """Scene where variables stand for these, too."""
+        """Return a scene where variables stand for these, too."""
         return replace(self, names={**self.names, **names})
 
     def read_as(self, reading: int) -> Scene:
-        """Scene where space that was not seen is free (0), or full (1)."""
+        """Return a scene where space that was not seen is free (0), or full (1)."""
         return replace(self, reading=reading)
 
     def fact(self, *key: object) -> tuple[float, ...] | None:
-        """The numbers of a fact, None if it is not stated."""
+        """Return the numbers of a fact, None if it is not stated."""
         return self.case.facts.get(key)
 
     def written(self, term: Term) -> Term:
-        """The term with what its variables stand for."""
+        """Return the term with what its variables stand for."""
         if isinstance(term, tuple):
             return (term[0], *(self.written(part) for part in term[1:]))
         if isinstance(term, list):

@@ -10,7 +10,7 @@ Term = object
 
 
 def prolog(term: Term) -> str:
-    """The text of a term."""
+    """Return the text of a term."""
     if isinstance(term, tuple):
         return f"'{term[0]}'({','.join(map(prolog, term[1:]))})"
     if isinstance(term, list):
@@ -21,7 +21,7 @@ def prolog(term: Term) -> str:
 
 
 def mentions(term: Term, functor: str) -> bool:
-    """Whether a compound with this functor stands in the term."""
+    """Return whether a compound with this functor stands in the term."""
     if isinstance(term, tuple) and term[0] == functor:
         return True
     return isinstance(term, (tuple, list)) and any(mentions(part, functor) for part in term)

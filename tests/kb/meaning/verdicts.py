@@ -35,7 +35,7 @@ class Verdict(NamedTuple):
 
 
 def scene_of(case: Case) -> Scene:
-    """The scene of a case, in which no model is being judged."""
+    """Return the scene of a case, in which no model is being judged."""
     known: dict[tuple[str, tuple[str, ...]], Outline] = {}
 
     def outcome(scene: Scene, name: str) -> Outline:
@@ -51,13 +51,13 @@ def scene_of(case: Case) -> Scene:
 
 
 def verdict(scene: Scene, model: Model) -> Verdict:
-    """The model's, on the best choice of faces."""
+    """Return the model's verdict on the best choice of faces."""
     best = _best(_judging(scene, model), model)
     return Verdict("unknown", 0, 1, {}, ()) if best is None else verdict_on(scene, model, best)
 
 
 def verdict_on(scene: Scene, model: Model, parts: Parts) -> Verdict:
-    """The model's, on these faces for its parts."""
+    """Return the model's verdict on these faces for its parts."""
     judged = _judging(scene, model)
     state, low, high, _ = _together(judged, model, parts)
     chosen = judged.with_names(dict(zip(model.parts, parts, strict=True)))
@@ -70,8 +70,8 @@ def verdict_on(scene: Scene, model: Model, parts: Parts) -> Verdict:
 
 
 def rank(scene: Scene, model: Model, parts: Parts) -> tuple[float, ...]:
-    """The less the better: states, then how many conditions hold and fail, then misses, then
-    probabilities."""
+    """Return a rank, better if less: states, then how many conditions hold and fail, then misses,
+    then probabilities."""
     found = _outlines(_judging(scene, model), model, parts)
     holding, failing = (sum(one[0] == state for one in found) for state in (HOLDS, FAILS))
     misses = sum(sorted(one[3] for one in found if one[0] == FAILS))
@@ -96,8 +96,8 @@ def _together(judged: Scene, model: Model, parts: Parts) -> Outline:
 
 
 def _best(judged: Scene, model: Model) -> Parts | None:
-    """Best of all choices; where none can hold, the first that does not fail in the first block of
-    choices that has one."""
+    """Return the best of all choices; where none can hold, the first that does not fail in the
+    first block of choices that has one."""
     choices = sorted(set(_candidates(judged, model)))
     outer = Scene(judged.case, judged.verdict, judged=judged.judged[:-1])
     ranks = {parts: rank(outer, model, parts) for parts in choices}
@@ -110,7 +110,8 @@ def _best(judged: Scene, model: Model) -> Parts | None:
 
 
 def _none_holds(judged: Scene, model: Model, choices: Sequence[Parts]) -> bool:
-    """Whether a condition without a search, of some of the parts only, holds for no choice."""
+    """Return whether a condition without a search, of some of the parts only, holds for no
+    choice."""
     for line in model.lines:
         asked = [part for part in model.parts if _names(line.test, part)]
         plain = not (line.members or line.each or line.where is not None)
@@ -135,7 +136,7 @@ def _with(judged: Scene, model: Model, parts: Parts) -> Scene:
 
 
 def _faces(scene: Scene) -> list[str]:
-    """The measured faces of the thing."""
+    """Return the measured faces of the thing."""
     return sorted(
         str(key[1])
         for key in scene.case.facts
@@ -227,7 +228,7 @@ def _members(chosen: Scene, model: Model, members: Members) -> list[Term]:
 
 
 def _separate(scene: Scene, faces: Sequence[Term]) -> list[Term]:
-    """Groups of faces that adjoin, one by one."""
+    """Return groups of faces that adjoin, one by one."""
     groups: list[list[Term]] = []
     for face in faces:
         near = [g for g in groups if any(scene.fact("adjoins", face, one) is not None for one in g)]
