@@ -32,22 +32,22 @@ Row: TypeAlias = Mapping[str, Cell]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What may be asked of any benchmark: the first seed, and how many (None: as many as usual)."""
+    """Settings of any benchmark: the first seed, and how many (None: as many as usual)."""
 
     count: int | None = None
     first: int = 0
 
     def number(self, usual: int) -> int:
-        """How many seeds or repeats."""
+        """Return how many seeds or repeats."""
         return usual if self.count is None else self.count
 
     def seeds(self, usual: int) -> range:
-        """The seeds, the usual number of them or as many as were asked for."""
+        """Return the seeds, the usual number of them or as many as were asked for."""
         return range(self.first, self.first + self.number(usual))
 
 
 def settings_parser(program: str, description: str) -> argparse.ArgumentParser:
-    """A parser of the arguments that all benchmarks share."""
+    """Return a parser of the arguments that all benchmarks share."""
     parser = argparse.ArgumentParser(prog=program, description=description)
     parser.add_argument("--seeds", type=_positive, help="number of seeds (else its own)")
     parser.add_argument("--first-seed", type=int, default=0, help="the first of them (else 0)")
@@ -65,7 +65,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a benchmark measured, or, in `skipped`, why it could not.
+    """Results of a benchmark, or, in `skipped`, why there are none.
 
     `settings` are the numbers that the figures depend on; `notes` say how to read the tables.
     """
@@ -77,7 +77,7 @@ class Report:
     skipped: str | None = None
 
     def to_json(self) -> dict[str, object]:
-        """The report as plain data, with the schema's name and the machine."""
+        """Return the report as plain data, with the schema's name and the machine."""
         return {
             "schema": SCHEMA,
             "benchmark": self.name,
@@ -100,7 +100,7 @@ def _positive(value: str) -> int:
 
 
 def text(report: Mapping[str, object]) -> Iterator[str]:
-    """The lines of a report (as JSON has it) for a terminal."""
+    """Yield the lines of a report (as JSON has it) for a terminal."""
     yield f"{report['benchmark']}  {_pairs(report['settings'])}".rstrip()
     if report["skipped"]:
         yield f"skipped: {report['skipped']}"
@@ -125,7 +125,7 @@ def _pairs(values: object) -> str:
 
 
 def shown(cell: Cell) -> str:
-    """A cell as text: four significant digits are more than any of the figures is sure of.
+    """Return a cell as text: four significant digits are more than any of the figures is sure of.
 
     >>> [shown(x) for x in (None, 0.123456, 20, 12345.6, True)]
     ['–', '0.1235', '20', '12346', 'yes']
@@ -142,7 +142,7 @@ def shown(cell: Cell) -> str:
 
 
 def median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cell]:
-    """Median, quartiles and worst (largest) of the values; None where there are none.
+    """Return median, quartiles and worst (largest) of the values; None where there are none.
 
     >>> median_and_spread([1.0, 2.0, 3.0, 10.0, 4.0])
     {'median': 3.0, 'quartiles': '2–4', 'worst': 10.0}
@@ -159,7 +159,7 @@ def median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cel
 
 
 def code_version() -> str | None:
-    """The last commit that changed the program, with a + if files were changed since.
+    """Return the last commit that changed the program, with a + if files were changed since.
 
     None where there is no git repository.
     """
@@ -177,7 +177,7 @@ def code_version() -> str | None:
 
 
 def machine() -> dict[str, Cell]:
-    """The machine and the libraries, without names of hosts, users or folders."""
+    """Return the machine and the libraries, without names of hosts, users or folders."""
     pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return {
         "cores": os.cpu_count(),
@@ -208,7 +208,7 @@ def _prolog_version() -> str | None:
 
 
 def data_set(*parts: str) -> Path | str:
-    """The folder of third-party data, or the reason why a benchmark must do without it."""
+    """Return the folder of third-party data, or the reason why a benchmark must do without it."""
     root = os.environ.get(DATA_VARIABLE)
     if not root:
         return f"{DATA_VARIABLE} is not set: it names the folder of third-party data"
@@ -219,7 +219,7 @@ def data_set(*parts: str) -> Path | str:
 
 
 def tree_hash(folder: Path) -> str:
-    """SHA-256 of the names and contents of all files below the folder, its first digits."""
+    """Return SHA-256 of the names and contents of all files below the folder, its first digits."""
     total = hashlib.sha256()
     for path in sorted(p for p in folder.rglob("*") if p.is_file()):
         total.update(path.relative_to(folder).as_posix().encode())

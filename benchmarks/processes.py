@@ -1,4 +1,4 @@
-"""The same work on many items, by several processes."""
+"""Work on many items by several processes."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -15,8 +15,8 @@ WORKERS = 2
 def spread(
     function: Callable[[Item], Found], items: Sequence[Item], *, at_once: int = 1
 ) -> list[Found]:
-    """What a function of a module gives for each item, in their order, by spawned processes that
-    take so many items `at_once`, with one thread each.
+    """Return the results of a module's function for each item, in their order, by spawned processes
+    that take so many items `at_once`, with one thread each.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     with ProcessPoolExecutor(WORKERS, get_context("spawn")) as pool:

@@ -63,7 +63,7 @@ class Judged:
 
 
 def judged(scenes: Iterable[LabelledScene]) -> Judged:
-    """What every built-in model says of the main thing of each scene."""
+    """Return what every built-in model says of the main thing of each scene."""
     count, samples = 0, []
     with BatchJudge(limits=Limits(seconds=PATIENCE_S)) as judge:
         for scene in scenes:
@@ -83,7 +83,7 @@ def judged(scenes: Iterable[LabelledScene]) -> Judged:
 
 
 def measure(settings: Settings) -> Report:
-    """Each source checked by maps that were fitted to the others."""
+    """Measure each source checked by maps that were fitted to the others."""
     return report(settings, judged(_scenes(settings)))
 
 
@@ -98,7 +98,7 @@ def _scenes(settings: Settings) -> Iterator[LabelledScene]:
 
 
 def report(settings: Settings, found: Judged) -> Report:
-    """How far degrees and confidences are off."""
+    """Return how far degrees and confidences are off."""
     samples, keys = found.samples, dict(found.judging_keys)
     said = held_out(samples, keys)
     same = fit(samples, keys) == shipped_calibration()
@@ -214,7 +214,8 @@ def _reliability_rows(said: Sequence[float], truths: Sequence[bool]) -> tuple[Ro
 
 
 def chance_error(said: Sequence[float]) -> float:
-    """The expected calibration error that so few samples show of a forecast that is exactly right.
+    """Return the expected calibration error that so few samples show of a forecast that is exactly
+    right.
 
     The mean over truths drawn from what was said; the draws are always the same.
     """
@@ -226,14 +227,15 @@ def chance_error(said: Sequence[float]) -> float:
 
 
 def _error(said: np.ndarray, truths: np.ndarray, bins: int = 10) -> float:
-    """`expected_calibration_error`, of arrays."""
+    """Return `expected_calibration_error`, of arrays."""
     number = np.minimum((said * bins).astype(int), bins - 1)
     off = np.bincount(number, weights=said - truths, minlength=bins)
     return float(np.abs(off).sum() / said.size)
 
 
 def _brier(said: Sequence[float], truths: Sequence[bool]) -> float:
-    """The mean squared error; a calibrated forecast that tells nothing apart still has a large one.
+    """Return the mean squared error; a calibrated forecast that tells nothing apart still has a
+    large one.
 
     0 without any.
     """
@@ -242,7 +244,7 @@ def _brier(said: Sequence[float], truths: Sequence[bool]) -> float:
 
 
 def draw(path: Path, found: Judged) -> None:
-    """Writes the reliability diagram as SVG: what was said against what was true, of all verdicts
+    """Write the reliability diagram as SVG: what was said against what was true, of all verdicts
     and of those that hold, as degrees stand and calibrated, each source by maps of the others.
 
     Areas of dots grow with the verdicts.
@@ -283,7 +285,7 @@ def draw(path: Path, found: Judged) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Prints the report, and with --fit keeps the maps."""
+    """Print the report, and with --fit keep the maps."""
     parser = settings_parser(
         f"python -m benchmarks.knowledge.{NAME}", (__doc__ or "").split("\n\n")[0]
     )
@@ -301,12 +303,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def write(calibration: Calibration, path: Path) -> None:
-    """Keeps the maps as JSON, each map on a line."""
+    """Keep the maps as JSON, each map on a line."""
     path.write_text(_indented(calibration.to_json()) + "\n", encoding="utf-8")
 
 
 def _indented(data: object, depth: int = 0) -> str:
-    """JSON, each entry of an object on a line of its own, but maps whole."""
+    """Return JSON, each entry of an object on a line of its own, but maps whole."""
     if not isinstance(data, dict) or "knots" in data:
         return json.dumps(data)
     pad = " " * (depth + 1)

@@ -156,12 +156,14 @@ class LabelledScene:
 
 
 def world_truth(world: str, model: str) -> bool | None:
-    """Whether the main thing of the world is what the model describes; None where that is open."""
+    """Return whether the main thing of the world is what the model describes; None where that is
+    open.
+    """
     return None if (world, model) in OPEN else model in KINDS[world]
 
 
 def truth(scene: LabelledScene, model: str) -> bool | None:
-    """The same of any labelled scene."""
+    """Return the same of any labelled scene."""
     if scene.source.startswith(TOUR):
         return world_truth(scene.label, model)
     if model in _OPEN_LABELS.get(scene.label, ()):
@@ -170,7 +172,8 @@ def truth(scene: LabelledScene, model: str) -> bool | None:
 
 
 def tour_scene(name: str, seed: int) -> LabelledScene:
-    """The scene of the paper's tour through a world, rendered and reconstructed if it is new.
+    """Return the scene of the paper's tour through a world, rendered and reconstructed if it is
+    new.
 
     Lengths are those of the real thing, in metres, where the world is a model of one.
     """
@@ -180,7 +183,7 @@ def tour_scene(name: str, seed: int) -> LabelledScene:
 
 
 def shape_scenes(folder: Path) -> Iterator[LabelledScene]:
-    """The scenes of a folder's labelled shapes, as many as rules are developed on."""
+    """Yield the scenes of a folder's labelled shapes, as many as rules are developed on."""
     for label in read_labels(folder / "labels.csv").values():
         path = Path(label.file)
         name = path.relative_to(folder).as_posix()
@@ -205,7 +208,7 @@ def _shape_facts(task: Task) -> tuple[tuple[Fact, ...], str]:
 def _kept(
     name: str, make: Callable[[], tuple[tuple[Fact, ...], str]]
 ) -> tuple[tuple[Fact, ...], str]:
-    """The facts and the fault of this name, made if they are not kept yet."""
+    """Return the facts and the fault of this name, made if they are not kept yet."""
     path = _folder() / f"{name}.json.gz"
     if not path.exists():
         facts, fault = make()
@@ -219,7 +222,7 @@ def _kept(
 
 
 def main_thing(facts: Iterable[Fact]) -> str | None:
-    """The thing with the largest total area of faces; of several the first by name."""
+    """Return the thing with the largest total area of faces; of several the first by name."""
     areas: dict[str, float] = {}
     things: defaultdict[str, float] = defaultdict(float)
     owner: dict[str, str] = {}
@@ -263,7 +266,9 @@ def _key(world: World, seed: int) -> str:
 
 @cache
 def _code(folders_apart: frozenset[str]) -> str:
-    """SHA-256 of the files that render pictures and make facts of them, but for some folders."""
+    """Return SHA-256 of the files that render pictures and make facts of them, but for some
+    folders.
+    """
     source = Path(facetlog.__file__).parent
     files = [source / "robot" / name for name in ROBOT_CODE]
     files += sorted((source / "perception").rglob("*.py"))

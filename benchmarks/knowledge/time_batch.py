@@ -36,8 +36,8 @@ SPREAD = 0.7, 1.4  # of sizes, times what is usual
 def built(
     count: int, first: int = 0, *, least: int = LEAST_FACES, most: int = MOST_FACES
 ) -> list[Scene]:
-    """So many scenes of `least` to `most` faces, each of a builder in its turn, in sizes that
-    follow from the seed.
+    """Return so many scenes of `least` to `most` faces, each of a builder in its turn, in sizes
+    that follow from the seed.
     """
     found: list[Scene] = []
     names = sorted(BUILDERS)
@@ -61,7 +61,7 @@ def built(
 
 
 def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float, float]]:
-    """Milliseconds to read each scene, to make facts of it, and to judge them.
+    """Return milliseconds to read each scene, to make facts of it, and to judge them.
 
     Facts are made of all together: of that each has the same share.
     """
@@ -84,7 +84,7 @@ def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float,
 
 
 def _classified(paths: Sequence[Path], workers: int) -> FloatArray:
-    """Seconds by the clock, and of CPU time, that classify takes for these files (2,)."""
+    """Return seconds by the clock, and of CPU time, that classify takes for these files (2,)."""
     start = np.array([time.perf_counter(), _children()])
     output = paths[0].parent / f"{workers}-{len(paths)}.jsonl"
     options = ("--workers", str(workers), "-o", str(output), "--overwrite")
@@ -97,7 +97,7 @@ def _classified(paths: Sequence[Path], workers: int) -> FloatArray:
 
 
 def _children() -> float:
-    """CPU time, s, of processes that were started from here and have ended."""
+    """Return CPU time, s, of processes that were started from here and have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

@@ -52,7 +52,7 @@ class Run:
 
 
 def scene_list(folder: Path, count: int, first: int = 0) -> Path:
-    """A file that lists so many scenes, which are written into the folder."""
+    """Return a file that lists so many scenes, which are written into the folder."""
     distinct = built(min(count, DISTINCT), first, least=LEAST_FACES, most=MOST_FACES)
     paths = []
     for number in range(count):
@@ -70,7 +70,9 @@ def scene_list(folder: Path, count: int, first: int = 0) -> Path:
 def classified(
     listed: Path, output: Path, workers: int, count: int, *, kills: int = 0, seed: int = 0
 ) -> Run:
-    """A run of classify to its end; so often something of it is killed, and it is resumed."""
+    """Run classify to its end; something of it is killed `kills` times, and it is
+    resumed.
+    """
     generator = np.random.default_rng(seed)
     due = sorted(generator.integers(1, max(2, count - 1), kills).tolist())
     journal, run, start = journal_path(output), Run(), time.perf_counter()
@@ -107,7 +109,7 @@ def _started(listed: Path, output: Path, workers: int, *more: str) -> subprocess
 
 
 def _rows_in(journal: Path) -> int:
-    """How many rows a journal has, by its size: all are much alike, and it may be long."""
+    """Return how many rows a journal has, by its size: all are much alike, and it may be long."""
     try:
         size = journal.stat().st_size
         with journal.open("rb") as file:
@@ -138,7 +140,7 @@ def _resident(pid: int) -> float:
 
 
 def digest(output: Path) -> tuple[int, str]:
-    """How many rows a table has, and a digest of them but for the seconds that they took."""
+    """Return how many rows a table has, and a digest of them but for the seconds that they took."""
     total, count = hashlib.sha256(), 0
     for row in read_rows(output):
         told = {key: value for key, value in row.items() if key != "seconds"}
@@ -148,7 +150,7 @@ def digest(output: Path) -> tuple[int, str]:
 
 
 def measure(settings: Settings) -> Report:
-    """Both runs."""
+    """Measure both runs."""
     count = settings.number(SCENES)
     rows, memory = [], []
     with tempfile.TemporaryDirectory() as name:

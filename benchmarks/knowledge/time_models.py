@@ -44,7 +44,9 @@ _OWN = (
 
 
 def model_library(count: int, seed: int, *, different: bool = False) -> str:
-    """The text of a file of so many models; `different` ones share no names but the vocabulary."""
+    """Return the text of a file of so many models; `different` ones share no names but the
+    vocabulary.
+    """
     rng = random.Random(seed)
     texts = [
         (path, _COMMENT.sub("", path.read_text("utf-8")))
@@ -62,7 +64,7 @@ def model_library(count: int, seed: int, *, different: bool = False) -> str:
 
 
 def _own_names(path: Path, text: str) -> tuple[int, ...]:
-    """Where the names end that a text gives itself."""
+    """Return where the names end that a text gives itself."""
     return tuple(
         one.span.end
         for one in occurrences(analyse(path, text)).every
@@ -71,7 +73,9 @@ def _own_names(path: Path, text: str) -> tuple[int, ...]:
 
 
 def start_up(folder: Path) -> list[float]:
-    """CPU seconds of `facetlog model check` on a file of one line, from its start to its end."""
+    """Return CPU seconds of `facetlog model check` on a file of one line, from its start to its
+    end.
+    """
     path = folder / "empty.model"
     path.write_text("# nothing\n", encoding="utf-8")
     command = [sys.executable, "-m", "facetlog", "model", "check", str(path)]
@@ -85,7 +89,7 @@ def start_up(folder: Path) -> list[float]:
 
 
 def file_times(count: int, seed: int, folder: Path) -> float:
-    """The seconds that it takes to check so many files of one model each."""
+    """Return the seconds that it takes to check so many files of one model each."""
     texts = model_library(count, seed).split("\nmodel ")
     paths = []
     for number, text in enumerate(texts):
@@ -120,7 +124,7 @@ def _checking_row(text: str, size: int, repeats: int) -> tuple[Row, float]:
 
 
 def measure(settings: Settings) -> Report:
-    """All sizes; the number of repeats is that of seeds asked for."""
+    """Measure all sizes; the number of repeats is that of seeds asked for."""
     repeats = settings.number(REPEATS)
     analyse(Path("first.model"), model_library(1, settings.first))
     rows: list[Row] = []

@@ -118,7 +118,7 @@ FAULTS: dict[str, Callable[[_Simulated, subprocess.Popen[bytes]], None]] = {
 
 
 def measure(settings: Settings) -> Report:
-    """Every fault, at another phase of the client's cycle each time."""
+    """Measure every fault, at another phase of the client's cycle each time."""
     runs = settings.seeds(RUNS)
     rows: list[Row] = []
     for what, fault in FAULTS.items():
@@ -142,7 +142,7 @@ def _stopped(
     seed: int,
     phase: float,
 ) -> _Stop:
-    """One run; the fault comes at a phase of the 0.1 s in which the client drives anew."""
+    """Return one run; the fault comes at a phase of the 0.1 s in which the client drives anew."""
     simulated = _Simulated(seed)
     how = "hangs" if "hangs" in what else "drives"
     arguments = [sys.executable, "-c", CLIENT, simulated.station.addresses.robot, str(SPEED), how]

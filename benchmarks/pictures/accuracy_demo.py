@@ -20,7 +20,7 @@ WANTED_RMS_IN = 0.1
 
 
 def measure(settings: Settings) -> Report:
-    """Both front ends over the seeds."""
+    """Measure both front ends over the seeds."""
     trials: dict[FrontEnd, list[Trial]] = {front_end: [] for front_end in FrontEnd}
     seeds = settings.seeds(SEEDS)
     for seed in seeds:

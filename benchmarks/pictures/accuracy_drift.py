@@ -27,7 +27,7 @@ DRIFT_STREAM = 5  # apart from the world's own draws and the pictures' noise
 
 
 def measure(settings: Settings) -> Report:
-    """All worlds, drifts and seeds."""
+    """Measure all worlds, drifts and seeds."""
     seeds = settings.seeds(SEEDS)
     rows = []
     for name in WORLDS:

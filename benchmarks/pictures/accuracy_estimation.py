@@ -47,7 +47,7 @@ MANY_SCENES = (
 
 
 def many_rows(points: int) -> list[Row]:
-    """One row a scene: `estimate_points` for many points at once."""
+    """Return one row a scene: `estimate_points` for many points at once."""
     rows: list[Row] = []
     for arc, views, wrong in MANY_SCENES:
         rng = np.random.default_rng(SEED)

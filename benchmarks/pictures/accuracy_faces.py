@@ -26,7 +26,7 @@ PROGRAM = "evaluate_pictures.py"
 
 
 def measure(settings: Settings) -> Report:
-    """All sets, or the first so many of them."""
+    """Measure all sets, or the first so many of them."""
     folder = data_set(SETS)
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)

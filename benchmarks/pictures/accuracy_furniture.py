@@ -62,7 +62,7 @@ class Answered:
         return self.truth is not None and self.answer not in (self.truth, NONE)
 
     def row(self) -> Row:
-        """What is shown of it."""
+        """Return what is shown of it."""
         return {
             "set": self.name,
             "label": self.label,
@@ -74,7 +74,7 @@ class Answered:
 
 
 def measure(settings: Settings) -> Report:
-    """All sets, or the first so many of them."""
+    """Measure all sets, or the first so many of them."""
     folder = data_set("pictures")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)
@@ -100,7 +100,7 @@ def measure(settings: Settings) -> Report:
 
 
 def _answered(folder: Path, judge: BatchJudge) -> Answered:
-    """What a set's pictures are answered to show."""
+    """Return what a set's pictures are answered to show."""
     views = read_views(folder)
     scene = reconstruct(views.views, name=folder.name, up=views.up, metric=views.metric)
     truth = json.loads((folder / "ground_truth.json").read_text(encoding="utf-8"))
@@ -108,7 +108,7 @@ def _answered(folder: Path, judge: BatchJudge) -> Answered:
 
 
 def of_scene(scene: Scene, truth: dict[str, object], judge: BatchJudge) -> Answered:
-    """What a scene of that name is answered to show, where a set's ground truth is so."""
+    """Return what a scene of that name is answered to show, where a set's ground truth is so."""
     bounds = _bounds(scene)
     held = [
         v for v in judge.judge(fact_rows(scene)) if v.state is State.HOLDS and v.model in CLASSES
@@ -142,7 +142,7 @@ def _truth(label: str) -> str | None:
 
 
 def _bounds(scene: Scene) -> dict[str, FloatArray]:
-    """The lowest and the highest coordinates (2, 3) of each thing."""
+    """Return the lowest and the highest coordinates (2, 3) of each thing."""
     memo = SceneMemo.of(scene)
     points = [memo.table.points[own] for own in memo.members]
     return {
@@ -160,14 +160,14 @@ def _cuboid_bounds(cuboid: dict[str, object]) -> FloatArray:
 
 
 def _away(bounds: FloatArray) -> tuple[float, float]:
-    """How far bounds are from the origin, seen from above, and then their middle."""
+    """Return how far bounds are from the origin, seen from above, and then their middle."""
     outside = np.maximum(0.0, np.maximum(bounds[0], -bounds[1]))[:2]
     middle = bounds.mean(axis=0)[:2]
     return float(np.hypot(*outside)), float(np.hypot(*middle))
 
 
 def _in_common(one: FloatArray, other: FloatArray) -> float:
-    """The volume that two bounds have in common, as a share of what both take."""
+    """Return the volume that two bounds have in common, as a share of what both take."""
     sides = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     common = float(np.maximum(sides, 0.0).prod())
     both = float(np.ptp(one, axis=0).prod() + np.ptp(other, axis=0).prod()) - common

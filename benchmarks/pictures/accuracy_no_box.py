@@ -19,7 +19,7 @@ SHUFFLE_STREAM = 2  # apart from the world's own draws and the pictures' noise
 
 
 def measure(settings: Settings) -> Report:
-    """Both front ends over worlds and seeds."""
+    """Measure both front ends over worlds and seeds."""
     runs: dict[tuple[str, FrontEnd], list[Run]] = {}
     for name in (*WORLDS, SHUFFLED):
         for seed in settings.seeds(SEEDS):

@@ -56,7 +56,7 @@ def _pictures(
     noise_sd: float = 5.0,
     blur_px: float = 1.0,
 ) -> MakeCase:
-    """The tour of a world, the world or the pictures changed."""
+    """Return the tour of a world, the world or the pictures changed."""
 
     def case(seed: int) -> Case:
         world = change(make_world(name, seed))
@@ -73,7 +73,7 @@ def _pale_floor(world: World) -> World:
 
 
 def _poses(choose: Callable[[], tuple[Pose, ...]]) -> MakeCase:
-    """Pictures from other places."""
+    """Return pictures from other places."""
 
     def case(seed: int) -> Case:
         world = make_world("block", seed)
@@ -83,24 +83,26 @@ def _poses(choose: Callable[[], tuple[Pose, ...]]) -> MakeCase:
 
 
 def _ring(distance: float, height: float) -> MakeCase:
-    """24 views evenly round the block; inches from its middle, over the ground and upwards."""
+    """Return 24 views evenly round the block; inches from its middle, over the ground and
+    upwards.
+    """
     return _poses(lambda: ring_poses(TARGET, distance, (height,), 24))
 
 
 def _arc(degrees: float) -> MakeCase:
-    """24 views on an arc round the block, from as far away and as high up as the tour's."""
+    """Return 24 views on an arc round the block, from as far away and as high up as the tour's."""
     around = round(24 * 360 / degrees)
     return _poses(lambda: ring_poses(TARGET, 35.0, (28.5 - TARGET[2],), around)[:24])
 
 
 def _spread(count: int) -> MakeCase:
-    """So many views spread evenly over the tour."""
+    """Return so many views spread evenly over the tour."""
     poses = tour_poses()
     return _poses(lambda: tuple(poses[i * len(poses) // count] for i in range(count)))
 
 
 def _scaled(scale: float) -> MakeCase:
-    """The same pictures in a world that is turned at random, shifted and scaled."""
+    """Return the same pictures in a world that is turned at random, shifted and scaled."""
 
     def case(seed: int) -> Case:
         world = make_world("block", seed)
@@ -146,13 +148,13 @@ WANTED = {
 
 
 def _wrong_pose(folder: Path, views: Views) -> None:
-    """One picture with the pose of another, which was taken from the other side."""
+    """Write views of which one has the pose of another, which was taken from the other side."""
     odd = replace(views[ODD], pose=views[ODD + len(views) // 2].pose)
     write_views(folder, (*views[:ODD], odd, *views[ODD + 1 :]))
 
 
 def _other_size(folder: Path, views: Views) -> None:
-    """One picture of half the size that the camera says."""
+    """Write views of which one is half the size that the camera says."""
     write_views(folder, views)
     half = cv2.resize(views[ODD].image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     cv2.imwrite(str(folder / views[ODD].name), half)
@@ -171,7 +173,7 @@ FAULTS: dict[str, tuple[Callable[[Path, Views], None], slice, str]] = {
 
 
 def _faulty(name: str, seed: int, front_end: FrontEnd) -> tuple[Trial, bool]:
-    """The run on a folder of views with that fault, and whether it names one at fault."""
+    """Return the run on a folder of views with that fault, and whether it names one at fault."""
     write, at_fault, _ = FAULTS[name]
     world = make_world("block", seed)
     views = tour_views(world, seed)
@@ -189,7 +191,7 @@ def _faulty(name: str, seed: int, front_end: FrontEnd) -> tuple[Trial, bool]:
 
 
 def measure(settings: Settings) -> Report:
-    """Both front ends over all cases and seeds."""
+    """Measure both front ends over all cases and seeds."""
     trials: dict[tuple[FrontEnd, str], list[Trial]] = {(f, c): [] for f in FrontEnd for c in CASES}
     seeds = settings.seeds(SEEDS)
     for name, make in CASES.items():

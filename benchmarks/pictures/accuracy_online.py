@@ -47,8 +47,8 @@ RING_VIEWS, RING_IN = 200, 45.0
 
 @dataclass(frozen=True, slots=True)
 class _Errors:
-    """Of corners: which of the true ones they are, squared errors, NEES, and which are above the
-    floor.
+    """Errors of corners: which of the true ones they are, squared errors, NEES, and which are above
+    the floor.
     """
 
     which: NDArray[np.intp]
@@ -57,12 +57,12 @@ class _Errors:
     above: NDArray[np.bool_]
 
     def of(self, which: set[int]) -> FloatArray:
-        """The squared errors of some of the true corners."""
+        """Return the squared errors of some of the true corners."""
         return np.asarray(self.squares[np.isin(self.which, list(which))])
 
 
 def _errors(scene: Scene | None, true: FloatArray) -> _Errors:
-    """Of the corners of faces that are some corner of the block."""
+    """Return the errors of the faces' corners that are some corner of the block."""
     corners = sorted({k for f in scene.faces for k in f.outline}) if scene else []
     if scene is None or not corners:
         none = np.zeros(0)
@@ -178,7 +178,7 @@ def _figures(values: list[float]) -> dict[str, Cell]:
 
 
 def measure(settings: Settings) -> Report:
-    """Errors and NEES against views, first verdicts, times."""
+    """Measure errors and NEES against views, first verdicts, times."""
     seeds = range(settings.first, settings.first + settings.number(SEEDS))
     return Report(
         NAME,

@@ -86,7 +86,7 @@ class Found:
 
 
 def measure(settings: Settings) -> Report:
-    """All sets, as they are and changed."""
+    """Measure all sets, as they are and changed."""
     rows: list[Row] = []
     faces: list[Row] = []
     folders: dict[str, Path] = {}
@@ -125,7 +125,7 @@ def measure(settings: Settings) -> Report:
 
 
 def true_shape(folder: Path) -> Shape:
-    """The shape in a set's ground_truth.json."""
+    """Return the shape in a set's ground_truth.json."""
     truth = json.loads((folder / "ground_truth.json").read_text(encoding="utf-8"))
     faces = tuple(tuple(face["vertices"]) for face in truth["faces"])
     sides = {
@@ -142,7 +142,7 @@ Variant = tuple[ViewSet, Similarity]
 def _cases(
     view_set: ViewSet, seeds: Sequence[int], *, everything: bool
 ) -> Iterator[tuple[str, list[Variant]]]:
-    """The name of each case and its variants."""
+    """Yield the name of each case and its variants."""
     views = view_set.views
 
     def chosen(order: Sequence[int]) -> Variant:

@@ -48,7 +48,7 @@ Finder = Callable[[Cloud], Callable[[], NDArray[np.intp]]]
 
 
 def random_cloud(seed: int, noise: float) -> Cloud:
-    """Fifty rectangles at random, as many points on each."""
+    """Return fifty rectangles at random, as many points on each."""
     rng = np.random.default_rng(seed)
     each = POINTS // PLANES
     points, normals = [], []
@@ -62,7 +62,7 @@ def random_cloud(seed: int, noise: float) -> Cloud:
 
 
 def facetlog(cloud: Cloud) -> Callable[[], NDArray[np.intp]]:
-    """What finds the plane of each point, -1: none."""
+    """Return what finds the plane of each point, -1: none."""
     return lambda: cloud_planes(cloud.points).owner
 
 
@@ -123,7 +123,7 @@ class Score(NamedTuple):
 
 
 def score(cloud: Cloud, owner: NDArray[np.intp]) -> Score:
-    """How well regions (n,) stand for a cloud's planes."""
+    """Return how well regions (n,) stand for a cloud's planes."""
     errors, oracle, found = [], [], 0
     for label in range(PLANES):
         rows = cloud.labels == label
@@ -164,7 +164,7 @@ def _rows(name: str, take: Finder, noise: float, seeds: Sequence[int]) -> Iterat
 
 
 def measure(settings: Settings) -> Report:
-    """Recall, angle error over the oracle's, and processor seconds, by method and noise."""
+    """Measure recall, angle error over the oracle's, and processor seconds, by method and noise."""
     finders: dict[str, Finder] = {"facetlog": facetlog}
     missing = []
     for name, load in PEERS.items():

@@ -46,7 +46,7 @@ PIXEL_SD = 0.1
 
 
 def measure(settings: Settings) -> Report:
-    """All errors and seeds, stated and not."""
+    """Measure all errors and seeds, stated and not."""
     seeds = settings.seeds(SEEDS)
     runs: dict[tuple[float, float, bool], list[Run]] = defaultdict(list)
     scores: dict[tuple[float, float, bool], list[Score]] = defaultdict(list)
@@ -143,7 +143,7 @@ def _lens_row(stated: float, radial: float, seeds: Sequence[int]) -> Row:
 
 
 def _bent(view: View, radial: float) -> View:
-    """The view as a lens with this k1 takes it."""
+    """Return the view as a lens with this k1 takes it."""
     if not radial:
         return view
     height, width = view.image.shape
@@ -171,7 +171,8 @@ def peer_corners(
     position_sd: float,
     angle_sd: float,
 ) -> FloatArray:
-    """The corners (n, 3) by least squares over poses and corners, from noisy pixels of the truth.
+    """Return the corners (n, 3) by least squares over poses and corners, from noisy pixels of the
+    truth.
 
     A corner is seen where one of its faces looks to the camera; the prior of the poses is known.
     """

@@ -24,7 +24,7 @@ ARCS = {"all round": 2 * np.pi, "arc of 60 degrees": np.pi / 3}
 
 
 def rig(rng: np.random.Generator, arc: float, views: int) -> FloatArray:
-    """Projections (views, 3, 4) of cameras that look at the origin."""
+    """Return projections (views, 3, 4) of cameras that look at the origin."""
     projections = []
     for _ in range(views):
         turn = rng.uniform(-arc / 2, arc / 2)
@@ -41,7 +41,7 @@ def rig(rng: np.random.Generator, arc: float, views: int) -> FloatArray:
 def pictured(
     rng: np.random.Generator, count: int, P: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (n, 3) of a cube of .6, their pixels (n, V, 2) with noise, covariances."""
+    """Return points (n, 3) of a cube of .6, their pixels (n, V, 2) with noise, covariances."""
     points = rng.uniform(-0.3, 0.3, (count, 3))
     h = np.einsum("vij,nj->nvi", P[:, :, :3], points) + P[:, :, 3]
     uv = h[..., :2] / h[..., 2:]

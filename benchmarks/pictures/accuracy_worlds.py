@@ -100,7 +100,7 @@ class Trial:
 
 
 def measure(settings: Settings) -> Report:
-    """All worlds over the seeds."""
+    """Measure all worlds over the seeds."""
     seeds = settings.seeds(SEEDS)
     trials = [_trial(name, seed) for name in WORLDS for seed in seeds]
     of_world = {name: [t for t in trials if t.world == name] for name in WORLDS}
@@ -144,7 +144,7 @@ def _trial(name: str, seed: int) -> Trial:
 
 
 def true_surface(world: World, views: Sequence[View]) -> Surface:
-    """What the views, in the world's unit, show of its things."""
+    """Return what the views, in the world's unit, show of its things."""
     faces = tuple(Polygon(facet.corners) for facet in world.facets)
     of_face = [face.samples() for face in faces]
     counts = [len(points) for points in of_face]
@@ -174,7 +174,9 @@ def true_surface(world: World, views: Sequence[View]) -> Surface:
 
 
 def areas(surface: Surface, found: Sequence[FloatArray]) -> Areas:
-    """How the outlines (n, 3) of found faces, in the world's unit, compare with its surface."""
+    """Return how the outlines (n, 3) of found faces, in the world's unit, compare with its
+    surface.
+    """
     size = surface.diagonal
     normals = np.array([face.normal for face in surface.faces])[surface.owners]
     covered = np.zeros(len(surface.points), np.bool_)

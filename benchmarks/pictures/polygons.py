@@ -24,7 +24,7 @@ class Polygon:
         self.area = float(self._outline.area)
 
     def samples(self) -> FloatArray:
-        """Points (n, 3) evenly over the face."""
+        """Return points (n, 3) evenly over the face."""
         low, high = np.reshape(self._outline.bounds, (2, 2))
         # As many cells along the shorter side as cells that are square have, but two at least.
         cell = np.sqrt(self.area / SAMPLES)
@@ -37,7 +37,7 @@ class Polygon:
     def covers(
         self, points: FloatArray, normals: FloatArray, *, offset: float, margin: float, turn: float
     ) -> NDArray[np.bool_]:
-        """Which points (n, 3) of surfaces with these normals (n, 3) lie on the face."""
+        """Return which points (n, 3) of surfaces with these normals (n, 3) lie on the face."""
         arms = points - self._middle
         near = (np.abs(arms @ self.normal) < offset) & (
             np.abs(normals @ self.normal) > np.cos(turn)

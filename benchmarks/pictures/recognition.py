@@ -45,7 +45,7 @@ class Shape:
     faces: tuple[tuple[int, ...], ...]
 
     def seen_faces(self, centres: FloatArray) -> tuple[int, ...]:
-        """The faces that look to at least one of the cameras, whose centres are (V, 3)."""
+        """Return the faces that look to at least one of the cameras, whose centres are (V, 3)."""
         return tuple(
             index
             for index, face in enumerate(self.faces)
@@ -53,7 +53,7 @@ class Shape:
         )
 
     def normal(self, face: int) -> FloatArray:
-        """Unit outward normal (3,)."""
+        """Return unit outward normal (3,)."""
         corners = self.vertices[list(self.faces[face])]
         total = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
         return np.asarray(total / np.linalg.norm(total))
@@ -114,7 +114,7 @@ class Score:
 
 
 def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None = None) -> Run:
-    """The run on these views; an error that a user would be told of is an outcome, too."""
+    """Return the run on these views; an error that a user would be told of is an outcome, too."""
     try:
         found = recognize_views(view_set, method=Method(front_end), clock=clock or StepClock())
     except FacetlogError as exc:
@@ -131,7 +131,7 @@ def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None =
 
 
 def counted(outcomes: Iterable[str]) -> str:
-    """Outcomes with how often each came, the most frequent first.
+    """Return outcomes with how often each came, the most frequent first.
 
     >>> counted(["box", "nothing", "box"])
     'box 2, nothing 1'
@@ -140,7 +140,7 @@ def counted(outcomes: Iterable[str]) -> str:
 
 
 def score(scene: Scene, shape: Shape, centres: FloatArray, unit: float = 1.0) -> Score:
-    """How the scene compares with the true shape; `centres` (V, 3) are the cameras'.
+    """Return how the scene compares with the true shape; `centres` (V, 3) are the cameras'.
 
     All three are in the same unit; lengths of the score are in `unit` of it.
     """
@@ -190,7 +190,7 @@ def _length(points: FloatArray, ends: Iterable[int]) -> float:
 
 
 def _matches(points: FloatArray, shape: Shape) -> dict[int, int]:
-    """For each matched vertex its true corner."""
+    """Return the true corner of each matched vertex."""
     reach = MATCH_SHARE * min(
         float(np.linalg.norm(shape.vertices[a] - shape.vertices[b])) for a, b in shape.edges
     )
@@ -209,8 +209,9 @@ def tour_views(
     noise_sd: float = 5.0,
     blur_px: float = 1.0,
 ) -> tuple[View, ...]:
-    """Views of a world (or of the world of that name and seed), in inches, from the tour's poses
-    and by its camera, or from others and by another."""
+    """Return views of a world (or of the world of that name and seed), in inches, from the tour's
+    poses and by its camera, or from others and by another.
+    """
     return views_of(
         make_world(world, seed) if isinstance(world, str) else world,
         tour_poses() if poses is None else poses,
@@ -222,8 +223,10 @@ def tour_views(
 
 
 def in_steps(world: World, step_grey: float) -> World:
-    """The world in even light without shadows, on a plain floor without a horizon: each face is one
-    grey, brighter than the floor by a number of steps, and by another than those that it meets."""
+    """Return the world in even light without shadows, on a plain floor without a horizon: each face
+    is one grey, brighter than the floor by a number of steps, and by another than those that it
+    meets.
+    """
     assert world.floor is not None
     unit = WHITE * world.exposure
     floor = round(unit * world.floor.albedo)
@@ -240,7 +243,9 @@ def in_steps(world: World, step_grey: float) -> World:
 
 
 def _steps(solid: Solid) -> list[int]:
-    """For each face the least number from 1 that no face before it has at a true edge of both."""
+    """Return for each face the least number from 1 that no face before it has at a true
+    edge of both.
+    """
     edges = [
         {frozenset(pair) for pair in zip(face, (*face[1:], face[0]), strict=True)}
         for face in solid.faces
@@ -257,7 +262,7 @@ def _steps(solid: Solid) -> list[int]:
 
 
 def in_metres(name: str, views: Sequence[View], model_scale: float = 1.0) -> ViewSet:
-    """Views in inches as a set in metres, z up, as the demo has them.
+    """Return views in inches as a set in metres, z up, as the demo has them.
 
     Of a world of models that are `model_scale` times smaller than the things, as if of the things.
     """
@@ -271,13 +276,13 @@ def in_metres(name: str, views: Sequence[View], model_scale: float = 1.0) -> Vie
 
 
 def true_block(world: World) -> Shape:
-    """The first solid of a world, in the world's own unit."""
+    """Return the first solid of a world, in the world's own unit."""
     solid = world.truth.solids[0]
     return Shape(np.array(solid.vertices), solid.edges, solid.faces)
 
 
 def in_frame(view_set: ViewSet, frame: Similarity) -> ViewSet:
-    """The same views in another frame, with the direction up turned along."""
+    """Return the same views in another frame, with the direction up turned along."""
     up = None if view_set.up is None else frame.rotation @ view_set.up
     views = tuple(map(frame.view, view_set.views))
     # Metres times a scale are metres no more.
@@ -296,7 +301,7 @@ class Trial:
 def tried(
     name: str, views: Sequence[View], world: World, frame: Similarity = SAME_FRAME
 ) -> dict[FrontEnd, Trial]:
-    """The same views (in inches) through each front end, scored in inches.
+    """Return the same views (in inches) through each front end, scored in inches.
 
     `frame` is another world frame to reconstruct in.
     """
@@ -314,7 +319,9 @@ def tried(
 
 
 def summary(trials: Sequence[Trial]) -> dict[str, Cell]:
-    """One row: verdicts, vertices' errors (inches), and what is missing or extra, over all."""
+    """Return one row: verdicts, vertices' errors (inches), and what is missing or extra,
+    over all.
+    """
     scores = [t.score for t in trials if t.score is not None]
     rms = [s.rms for s in scores if s.vertex_errors]
     return {

@@ -42,7 +42,7 @@ class TimedRun:
 
 
 def measure(settings: Settings) -> Report:
-    """Both front ends; the number of runs is that of seeds asked for."""
+    """Measure both front ends; the number of runs is that of seeds asked for."""
     count = settings.number(RUNS)
     busy = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as name:
@@ -81,7 +81,7 @@ def _timed_alone(folder: Path, front_end: FrontEnd) -> TimedRun:
 
 
 def timed_run(folder: Path, front_end: FrontEnd) -> TimedRun:
-    """A run in this process, which is held to one core from here on."""
+    """Return a run in this process, which is held to one core from here on."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     import cv2

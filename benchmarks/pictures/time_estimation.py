@@ -27,7 +27,7 @@ K = np.array([[600.0, 0.0, 320.0], [0.0, 600.0, 240.0], [0.0, 0.0, 1.0]])
 
 
 def scene(points: int, views: int, wrong: float) -> tuple[FloatArray, FloatArray]:
-    """Projections (V, 3, 4) and pixels (n, V, 2), some of them wrong matches."""
+    """Return projections (V, 3, 4) and pixels (n, V, 2), some of them wrong matches."""
     rng = np.random.default_rng(SEED)
     projections = []
     for turn in np.linspace(0.0, 2 * np.pi, views, endpoint=False):
@@ -47,7 +47,7 @@ def scene(points: int, views: int, wrong: float) -> tuple[FloatArray, FloatArray
 
 
 def by_filterpy(P: FloatArray, uv: FloatArray) -> None:
-    """The paper's plain recursion by filterpy's class: no gate, no start, one pass."""
+    """Run the paper's plain recursion by filterpy's class: no gate, no start, one pass."""
     noise = PIXEL_SD**2 * np.eye(2)
     for pixels in uv:
         ekf = ExtendedKalmanFilter(dim_x=3, dim_z=2)
@@ -60,7 +60,7 @@ def by_filterpy(P: FloatArray, uv: FloatArray) -> None:
 
 
 def at_once(P: FloatArray, uv: FloatArray) -> None:
-    """`estimate_points`."""
+    """Run `estimate_points`."""
     cov = np.broadcast_to(PIXEL_SD**2 * np.eye(2), (*uv.shape, 2))
     estimate_points(uv, cov, np.ones(uv.shape[:2], dtype=np.bool_), P)
 
@@ -74,7 +74,7 @@ WORK: dict[str, Callable[[FloatArray, FloatArray], None]] = {
 def _times(
     work: Callable[[FloatArray, FloatArray], None], P: FloatArray, uv: FloatArray, repeats: int
 ) -> list[float]:
-    """CPU microseconds a point of each repeat; one more goes before them, uncounted."""
+    """Return CPU microseconds a point of each repeat; one more goes before them, uncounted."""
     work(P, uv)
     times = []
     for _ in range(repeats):
@@ -85,7 +85,7 @@ def _times(
 
 
 def measure(settings: Settings) -> Report:
-    """All ways of work; the number of repeats is that of seeds asked for."""
+    """Measure all ways of work; the number of repeats is that of seeds asked for."""
     repeats = settings.number(REPEATS)
     rows: list[Row] = []
     for wrong in WRONG_SHARES:

@@ -34,7 +34,7 @@ WANTED_S, WANTED_MB = 1.5, 1500.0
 
 
 def measure(settings: Settings) -> Report:
-    """The number of views is that of seeds asked for."""
+    """Measure cost; the number of views is that of seeds."""
     count = settings.number(VIEWS)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

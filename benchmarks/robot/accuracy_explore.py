@@ -67,7 +67,7 @@ class Trial:
 
 
 def measure(settings: Settings) -> Report:
-    """All worlds over the seeds, by each way."""
+    """Measure all worlds over the seeds, by each way."""
     seeds = settings.seeds(SEEDS)
     worlds = [(name, seed) for seed in seeds for name in WORLDS]
     return report([trial for trials in spread(_trials, worlds) for trial in trials], seeds)
@@ -78,7 +78,7 @@ def _trials(world: tuple[str, int]) -> list[Trial]:
 
 
 def report(trials: Sequence[Trial], seeds: range) -> Report:
-    """The tables of some trials, of all worlds over these seeds."""
+    """Return the tables of some trials, of all worlds over these seeds."""
     return Report(
         NAME,
         (
@@ -118,7 +118,7 @@ def _row(way: str, trials: Sequence[Trial]) -> dict[str, Cell]:
 
 
 def trials_of(name: str, seed: int) -> list[Trial]:
-    """One run by each way."""
+    """Return one run by each way."""
     drive, until = ExploredWorld(name, seed), ExploredWorld(name, seed)
     explored(drive)
     explored(until, Goal(WORLDS[name], WANTED))
@@ -131,7 +131,7 @@ def trials_of(name: str, seed: int) -> list[Trial]:
 
 
 def explored(drive: ExploredWorld, goal: Goal | None = None) -> Finished:
-    """Lets a robot explore; why it ended."""
+    """Let a robot explore. Return why it ended."""
     explorer = Explorer(_judge(drive), goal=goal, most=MOST)
     while isinstance(found := explorer.next_stop(drive.around, tuple(drive.taken)), Chosen):
         wanted = found.stop.robot
@@ -141,7 +141,7 @@ def explored(drive: ExploredWorld, goal: Goal | None = None) -> Finished:
 
 
 def random_views(name: str, seed: int, count: int) -> ExploredWorld:
-    """So many views by chance, of which the first are those that exploring begins with."""
+    """Return so many views by chance, of which the first are those that exploring begins with."""
     drive, rng = ExploredWorld(name, seed), np.random.default_rng(seed)
     while len(drive.views) < count:
         around = drive.around
@@ -162,7 +162,7 @@ def _ring(name: str, seed: int, count: int) -> ExploredWorld:
 
 
 def _judge(drive: ExploredWorld) -> Judge:
-    """Judges the views of a drive as the process beside a collection does."""
+    """Judge the views of a drive as the process beside a collection does."""
 
     def judge(count: int, interest: Interest) -> ViewVerdict:
         try:
@@ -176,7 +176,9 @@ def _judge(drive: ExploredWorld) -> Judge:
 
 
 def lead_of(drive: ExploredWorld) -> str:
-    """The name that stands first of the thing at the target, by all views; empty if none does."""
+    """Return the name that stands first of the thing at the target, by all views; empty if none
+    does.
+    """
     around = drive.around
     places = np.array([view.pose.centre for view in drive.views])
     interest = Interest(around.target, around.radius, places)
@@ -185,7 +187,7 @@ def lead_of(drive: ExploredWorld) -> str:
 
 
 def _trial(drive: ExploredWorld, way: str) -> Trial:
-    """What all views at once come to."""
+    """Return what all views at once come to."""
     count, name = len(drive.views), lead_of(drive)
     return Trial(drive.name, drive.seed, way, count, drive.robot.driven, drive.nearest, name)
 

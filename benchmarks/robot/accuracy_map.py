@@ -88,18 +88,18 @@ class Outcome:
 
 
 def within_gate(distances: Sequence[float]) -> int:
-    """How many of these, of poses in standard deviations, are within the gate of 3."""
+    """Return how many of these, of poses in standard deviations, are within the gate of 3."""
     return sum(d <= math.sqrt(float(chi2.ppf(GATE_SHARE, 3))) for d in distances)
 
 
 def measure(settings: Settings) -> Report:
-    """All rooms over the seeds."""
+    """Measure all rooms over the seeds."""
     seeds = settings.seeds(SEEDS)
     return report(spread(outcome, seeds), seeds)
 
 
 def report(outcomes: Sequence[Outcome], seeds: range) -> Report:
-    """The tables of some rooms."""
+    """Return the tables of some rooms."""
     total = _row("all", outcomes)
     return Report(
         NAME,
@@ -161,7 +161,7 @@ class _Drive:
         self.nearest = math.inf
 
     def round(self, number: int, count: int) -> None:
-        """Drives round a thing, for so many views as even as those that can be reached."""
+        """Drive round a thing, for so many views as even as those that can be reached."""
         thing = self._room.things[number]
         first = math.atan2(self._here.y - thing.middle[1], self._here.x - thing.middle[0])
         wanted = [first + math.tau * k / count for k in range(count)]
@@ -171,7 +171,7 @@ class _Drive:
                 self._go(stop)
 
     def _stop(self, thing: TrueThing, angle: float) -> Stop | None:
-        """The view of a thing from that bearing, if it can be taken."""
+        """Return the view of a thing from that bearing, if it can be taken."""
         away = thing.reach + AWAY
         x, y = (thing.middle[:2] + away * np.array([math.cos(angle), math.sin(angle)])).tolist()
         mount, number = self._reach.mount, len(self.poses) + 1
@@ -194,7 +194,7 @@ class _Drive:
         self.poses.append(camera_pose(there, self._reach.mount, stop.gaze))
 
     def write(self, folder: Path, seed: int) -> None:
-        """The collection that it made, with poses as odometry has them."""
+        """Write the collection that it made, with poses as odometry has them."""
         small = [Pose(pose.rotation, pose.centre / INCH) for pose in self.poses]
         seen = views_of(self._room.world, small, tour_camera(), seed=seed, noise_sd=NOISE)
         true = [
@@ -223,7 +223,7 @@ class _Drive:
 
 
 def outcome(seed: int) -> Outcome:
-    """The room of a seed, visited twice and mapped."""
+    """Return the room of a seed, visited twice and mapped."""
     room = make_room(seed)
     x, y, width, height = room.area
     starts = Pose2(x, y, 0.8), Pose2(x + width, y + height, -2.0)
@@ -243,7 +243,7 @@ def outcome(seed: int) -> Outcome:
 
 
 def _nearest_first(room: Room, start: Pose2, numbers: range) -> list[int]:
-    """The things in the order in which each is the nearest to the one before."""
+    """Return the things in the order in which each is the nearest to the one before."""
     left, order = list(numbers), []
     here = np.array([start.x, start.y])
     while left:
@@ -288,14 +288,16 @@ def _outcome(seed: int, room: Room, found: RoomMap, drives: Sequence[_Drive]) ->
 
 
 def shared_plan(thing: MappedThing, true: TrueThing) -> float:
-    """Which share of the lesser plan lies within the other."""
+    """Return which share of the lesser plan lies within the other."""
     plan = thing.best.plan.buffer(0.01)
     least = min(plan.area, true.plan.area)
     return float(shapely.intersection(plan, true.plan).area / least)
 
 
 def off_truth(true: TrueThing, mapped: MappedThing) -> tuple[float, tuple[float, float]]:
-    """The distance of a pose from the true one in standard deviations, and in m and radians."""
+    """Return the distance of a pose from the true one in standard deviations, and in m and
+    radians.
+    """
     best = mapped.best
     alike = min(best.box.turns_alike, true.box.turns_alike)
     apart = best.pose - true.box.values[:3]

@@ -85,13 +85,13 @@ class OdometryRobot:
 
     @property
     def covariance(self) -> FloatArray:
-        """Of that, (3, 3), in the world."""
+        """Covariance (3, 3) of that place, in the world."""
         c, s = math.cos(self._start.heading), math.sin(self._start.heading)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return np.asarray(turn @ self._odometry.covariance @ turn.T)
 
     def go(self, route: Route, heading: float) -> None:
-        """Along a route, then to a heading."""
+        """Drive along a route, then turn to a heading."""
         for _, there in pairwise(route):
             here = self.here
             way = math.dist((here.x, here.y), there)
@@ -164,7 +164,7 @@ class ExploredWorld:
         return self._around(self._first)
 
     def ring(self, count: int) -> Iterator[Candidate]:
-        """Views all round, evenly; each is found when the one before it was taken."""
+        """Yield views all round, evenly; each is found when the one before it was taken."""
         for k in range(count):
             turned = self._around(self._first + math.tau * k / count)
             yield turned.candidates(k + 1)[0]
@@ -190,7 +190,7 @@ class ExploredWorld:
         return around.kept_off(scale * margin)
 
     def take(self, candidate: Candidate) -> None:
-        """Goes there, looks at the target and takes the view."""
+        """Go there, look at the target and take the view."""
         wanted, robot = candidate.stop.robot, self.robot
         end = wanted.x / self.scale, wanted.y / self.scale
         margin = place_sd(robot.covariance)
@@ -224,7 +224,9 @@ class ExploredWorld:
         return Gaze(pan, tilt)
 
     def view_set(self, count: int) -> ViewSet:
-        """The first views as large as the things, with the poses corrected by the pictures."""
+        """Return the first views as large as the things, with the poses corrected by the
+        pictures.
+        """
         views = tuple(self.views[:count])
         covs = np.array([view.pose_cov for view in views])
         plain = ViewSet(

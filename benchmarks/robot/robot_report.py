@@ -14,7 +14,9 @@ def report_of(
     turning: float,
     sonar: tuple[SonarReading, ...] = (),
 ) -> ServerInformation:
-    """The report of a robot that counted itself to a pose (m, rad) at a speed (m/s, rad/s)."""
+    """Return the report of a robot that counted itself to a pose (m, rad) at a speed (m/s,
+    rad/s).
+    """
     difference = turning / kind.turning_per_speed
     return ServerInformation(
         x=round(counted.x / kind.distance) % (1 << kind.position_bits),

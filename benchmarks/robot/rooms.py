@@ -60,7 +60,7 @@ class Room:
 
 
 def make_room(seed: int) -> Room:
-    """The room of a seed: four to eight things."""
+    """Return the room of a seed: four to eight things."""
     rng = np.random.default_rng([seed, STREAM])
     base = make_world("empty", seed)
     count = int(rng.integers(FEWEST, MOST + 1))

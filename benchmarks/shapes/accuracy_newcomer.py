@@ -46,7 +46,7 @@ class Trial:
         return self.verdict.state is State.HOLDS
 
     def row(self) -> Row:
-        """What is shown of it."""
+        """Return what is shown of it."""
         return {
             "model": self.verdict.model,
             "shape": self.shape,
@@ -58,7 +58,7 @@ class Trial:
 
 
 def tried(folder: Path) -> tuple[Trial, ...]:
-    """Every text of the folder judged of the shapes that were made for it, text by text."""
+    """Return every text of the folder judged of the shapes that were made for it, text by text."""
     with open_knowledge_base([folder / "models"], trusted=True, raw=True) as base:
         shapes = sorted((folder / "shapes").glob("*.ply"))
         return tuple(_trial(base, shape) for shape in shapes)
@@ -73,7 +73,9 @@ def _trial(base: KnowledgeBase, shape: Path) -> Trial:
 
 
 def best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
-    """What a model says of the thing of a scene that it fits best; ValueError if there is none."""
+    """Return what a model says of the thing of a scene that it fits best; ValueError if there is
+    none.
+    """
 
     def on_demand() -> Iterator[Fact]:
         return (fact.row for fact in facts_on_demand(scene))
@@ -87,7 +89,7 @@ def best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
 
 
 def decided_by(verdict: Verdict) -> str | None:
-    """The labels of the conditions that fail, then of the open ones; None if all hold."""
+    """Return the labels of the conditions that fail, then of the open ones; None if all hold."""
     labels = [c.label for state in STATES[:0:-1] for c in verdict.conditions_that(state)]
     return ", ".join(labels) or None
 
@@ -104,7 +106,7 @@ def _counts(found: Sequence[Trial]) -> Row:
 
 
 def measure(_settings: Settings) -> Report:
-    """All trials; without the third-party data the benchmark is skipped."""
+    """Return all trials; without the third-party data the benchmark is skipped."""
     folder = data_set("newcomer")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)

@@ -31,20 +31,20 @@ HALVES = (("development", False), ("held out", True))
 
 
 def _label(task: Task) -> str | None:
-    """The class that a shape is of, `none` of other things, None of what is not counted."""
+    """Return the class that a shape is of, `none` of other things, None of what is not counted."""
     counted = COUNTED_AS.get(task.label)
     return task.label if counted is None else counted.answer
 
 
 def recall(found: Sequence[Judged], name: str) -> Proportion:
-    """How many shapes of a class the model of that name holds of, alone or beside others."""
+    """Return how many shapes of a class the model of that name holds of, alone or beside others."""
     own = [one for one in found if _label(one.task) == name]
     holding = [one for one in own if _state(one, name) == "holds"]
     return Proportion(len(holding), len(own))
 
 
 def _state(one: Judged, name: str) -> str:
-    """The state of the best verdict of a model on a shape's things."""
+    """Return the state of the best verdict of a model on a shape's things."""
     states = {str(v["state"]) for v in one.row["verdicts"] if v["model"] == name}
     return next((s for s in ("holds", "unknown", "fails") if s in states), "none")
 
@@ -67,7 +67,7 @@ def _share(part: Proportion) -> str:
 
 
 def _missed(text: str, found: Sequence[Judged]) -> list[Row]:
-    """Shapes of the development half of which their own text does not hold."""
+    """Return shapes of the development half of which their own text does not hold."""
     rows: list[Row] = []
     for one in found:
         name = _label(one.task)
@@ -79,7 +79,7 @@ def _missed(text: str, found: Sequence[Judged]) -> list[Row]:
 
 
 def measure(_settings: Settings) -> Report:
-    """Both tables; without the third-party data the benchmark is skipped."""
+    """Return both tables; without the third-party data the benchmark is skipped."""
     folder = data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)

@@ -26,7 +26,7 @@ EFFORT = 240
 
 
 def measure(settings: Settings) -> Report:
-    """One row a model; seeds play no part, since nothing is drawn by chance."""
+    """Measure one row a model; seeds play no part, since nothing is drawn by chance."""
     del settings
     tables = [Table("built-in models", tuple(_rows((), BUILTIN_MODELS)))]
     folder = Path(os.environ.get(DATA_VARIABLE, "")) / "newcomer" / "models"

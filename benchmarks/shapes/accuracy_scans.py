@@ -79,7 +79,9 @@ def _state(seen: _Seen, mesh: Mesh, up: FloatArray) -> str:
 
 
 def _extent(thing_size: Sequence[str | int | float]) -> float:
-    """The longest side of a thing: what is seen of a leg apart from its table is a lesser one."""
+    """Return the longest side of a thing: what is seen of a leg apart from its table is a lesser
+    one.
+    """
     return max(float(side) for side in thing_size[1:4])
 
 
@@ -108,7 +110,7 @@ def _kinds(seen: _Seen, said: _Said) -> tuple[str, ...]:
 
 
 def measure(settings: Settings) -> Report:
-    """All tables; without the third-party data the benchmark is skipped."""
+    """Measure all tables; without the third-party data the benchmark is skipped."""
     folder = data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)

@@ -42,7 +42,9 @@ SCANS = ("box", "cylindric_object")
 
 
 def file_tasks(folder: Path) -> dict[str, list[Task]]:
-    """The folder's upright meshes, the same as noisy clouds, and its scans of single things."""
+    """Return the folder's upright meshes, the same as noisy clouds, and its scans of single
+    things.
+    """
     tasks: dict[str, list[Task]] = {"meshes": [], "clouds": [], "scans": []}
     for label in read_labels(folder / "labels.csv").values():
         name = Path(label.file).relative_to(folder).as_posix()
@@ -57,7 +59,7 @@ def file_tasks(folder: Path) -> dict[str, list[Task]]:
 
 
 def own_tasks(seeds: Iterable[int]) -> list[Task]:
-    """Our own shapes of these seeds, in no unit."""
+    """Return our own shapes of these seeds, in no unit."""
     return [
         Task(f"{seed} {own_shape(seed).name}", own_shape(seed).label, seed=seed) for seed in seeds
     ]
@@ -128,7 +130,7 @@ def _tables(title: str, found: Sequence[Judged], *, halves: bool) -> list[Table]
 
 
 def _scan_tables(found: Sequence[Judged]) -> list[Table]:
-    """How many scans of boxes and of cylindric objects are answered box."""
+    """Return how many scans of boxes and of cylindric objects are answered box."""
     shares, wrong = [], []
     for label in SCANS:
         some = [one for one in found if one.task.label == label]
@@ -158,7 +160,7 @@ def _seconds(found: Sequence[tuple[str, Sequence[Judged]]]) -> Table:
 
 
 def measure(settings: Settings) -> Report:
-    """All tables; without the third-party data the benchmark is skipped."""
+    """Measure all tables; without the third-party data the benchmark is skipped."""
     folder = data_set("shapes")
     if isinstance(folder, str):
         return Report(NAME, skipped=folder)

@@ -24,7 +24,7 @@ Maker = Callable[[np.random.Generator], trimesh.Trimesh]
 
 
 def _size(rng: np.random.Generator, least: float = 0.25, most: float = 1.0) -> FloatArray:
-    """Sides in any order, the longest about 1, none below `least` of it."""
+    """Return sides in any order, the longest about 1, none below `least` of it."""
     return rng.permutation([1.0, *rng.uniform(least, most, 2)])
 
 
@@ -37,7 +37,7 @@ def _cube(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _cereal(rng: np.random.Generator) -> trimesh.Trimesh:
-    """A thin upright carton."""
+    """Return a thin upright carton."""
     return block(ORIGIN, [rng.uniform(0.6, 0.8), rng.uniform(0.14, 0.25), 1.0])
 
 
@@ -68,7 +68,7 @@ def _fine(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _doubled(rng: np.random.Generator) -> trimesh.Trimesh:
-    """Every face twice, the second time looking inwards."""
+    """Return every face twice, the second time looking inwards."""
     mesh = _plain(rng)
     inwards = trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
     return joined(mesh, inwards)
@@ -84,14 +84,14 @@ def _in_millimetres(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _skewed(rng: np.random.Generator) -> trimesh.Trimesh:
-    """Leaning by 2 degrees, as a carton that was sat upon."""
+    """Return it leaning by 2 degrees, as a carton that was sat upon."""
     mesh = _plain(rng)
     lean = np.tan(np.deg2rad(2.0)) * mesh.vertices[:, [2]] * [[1.0, 0.0, 0.0]]
     return trimesh.Trimesh(mesh.vertices + lean, mesh.faces, process=False)
 
 
 def _with_lid_line(rng: np.random.Generator) -> trimesh.Trimesh:
-    """A groove all round below the lid."""
+    """Return a groove all round below the lid."""
     size = _size(rng, 0.5)
     depth = 0.5 * DETAIL * float(size.min())
     low, high = rng.uniform(0.7, 0.9) * size[2], size[2]
@@ -103,7 +103,7 @@ def _with_lid_line(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _with_tape(rng: np.random.Generator) -> trimesh.Trimesh:
-    """A strip of tape along the top and down both ends."""
+    """Return a strip of tape along the top and down both ends."""
     size = _size(rng, 0.5)
     thick, half = 0.2 * DETAIL * float(size.min()), 0.06 * size[1]
     low, high = size[1] / 2 - half, size[1] / 2 + half
@@ -117,7 +117,7 @@ def _with_tape(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _recessed(rng: np.random.Generator) -> trimesh.Trimesh:
-    """The top a little below its rim, as of a crate with a lid let in."""
+    """Return the top a little below its rim, as of a crate with a lid let in."""
     size = _size(rng, 0.5)
     depth, rim = DETAIL * float(size.min()), 0.06 * float(size[:2].min())
     plan = shapely.box(0.0, 0.0, *size[:2])
@@ -127,21 +127,21 @@ def _recessed(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _tipped(rng: np.random.Generator) -> trimesh.Trimesh:
-    """Any way round, as something thrown into a corner."""
+    """Return it turned any way round, as something thrown into a corner."""
     mesh = _plain(rng)
     turn = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))
     return mesh.apply_transform(turn)
 
 
 def _soup(rng: np.random.Generator) -> trimesh.Trimesh:
-    """Triangles that share no corner."""
+    """Return triangles that share no corner."""
     mesh = _plain(rng).subdivide()
     corners = mesh.vertices[mesh.faces].reshape(-1, 3)
     return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
 
 
 def _hollow(rng: np.random.Generator) -> trimesh.Trimesh:
-    """A closed carton with walls of some thickness: the inner side is there as well."""
+    """Return a closed carton with walls of some thickness: the inner side is there as well."""
     size = _size(rng, 0.4)
     wall = rng.uniform(0.02, 0.05) * float(size.min())
     inner = block([wall] * 3, size - wall)
@@ -149,7 +149,7 @@ def _hollow(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _of_boards(rng: np.random.Generator) -> trimesh.Trimesh:
-    """Six boards nailed together, each a cuboid of its own."""
+    """Return six boards nailed together, each a cuboid of its own."""
     x, y, z = _size(rng, 0.4)
     wall = 0.04 * min(x, y, z)
     return joined(
@@ -163,7 +163,7 @@ def _of_boards(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _far_away(rng: np.random.Generator) -> trimesh.Trimesh:
-    """At coordinates as of a map's."""
+    """Return it at coordinates as of a map's."""
     return moved(_plain(rng), (rng.uniform(-1.0, 1.0, 3) * 1e4).tolist())
 
 

@@ -20,7 +20,7 @@ Maker = Callable[[np.random.Generator], Mesh]
 def _legs(
     x: float, y: float, low: float, high: float, radius: float, *, square: bool = True
 ) -> Iterator[Mesh]:
-    """Four upright legs at the corners of a plan from 0, in from the rim by 2 radii."""
+    """Yield four upright legs at the corners of a plan from 0, in from the rim by 2 radii."""
     for px in (2 * radius, x - 2 * radius):
         for py in (2 * radius, y - 2 * radius):
             yield bar([px, py, low], [px, py, high], radius, square=square)
@@ -42,7 +42,7 @@ def _round_legs(rng: np.random.Generator) -> Mesh:
 
 
 def _pedestal(rng: np.random.Generator) -> Mesh:
-    """A square or round top on one column with a foot."""
+    """Return a square or round top on one column with a foot."""
     width, z = rng.uniform(0.6, 1.0), rng.uniform(0.65, 0.78)
     top = (
         block([-width / 2, -width / 2, z - 0.03], [width / 2, width / 2, z])
@@ -90,7 +90,7 @@ def _with_stretchers(rng: np.random.Generator) -> Mesh:
 
 
 def _seat(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """Width, depth, height of the seat and of the back of a chair."""
+    """Return width, depth, height of the seat and of the back of a chair."""
     return (
         rng.uniform(0.38, 0.5),
         rng.uniform(0.38, 0.5),
@@ -117,7 +117,7 @@ def _chair_round(rng: np.random.Generator) -> Mesh:
 
 
 def _slatted(rng: np.random.Generator) -> Mesh:
-    """A seat of slats on a frame, a back of slats across."""
+    """Return a seat of slats on a frame, a back of slats across."""
     x, y, seat, top = _seat(rng)
     count = int(rng.integers(5, 8))
     pitch = y / count
@@ -134,7 +134,7 @@ def _slatted(rng: np.random.Generator) -> Mesh:
 
 
 def _spindle(rng: np.random.Generator) -> Mesh:
-    """A back of round spindles under a top rail."""
+    """Return a back of round spindles under a top rail."""
     x, y, seat, top = _seat(rng)
     spindles = [
         bar([a, y - 0.03, seat], [a, y - 0.03, top], 0.008)
@@ -146,7 +146,7 @@ def _spindle(rng: np.random.Generator) -> Mesh:
 
 
 def _leaning_back(rng: np.random.Generator) -> Mesh:
-    """A back that leans by 5 to 15 degrees, on two posts."""
+    """Return a back that leans by 5 to 15 degrees, on two posts."""
     x, y, seat, top = _seat(rng)
     lean = (top - seat) * np.tan(np.deg2rad(rng.uniform(5.0, 15.0)))
     board = hull(
@@ -197,7 +197,7 @@ def _pyramid(rng: np.random.Generator) -> Mesh:
 
 
 def _l_block(rng: np.random.Generator) -> Mesh:
-    """A block with a corner of 30 to 60 % of its sides taken out all along."""
+    """Return a block with a corner of 30 to 60 % of its sides taken out all along."""
     x, y, z = rng.uniform(0.6, 1.0, 3)
     cut_x, cut_y = rng.uniform(0.3, 0.6, 2) * [x, y]
     plan = shapely.box(0, 0, x, y).difference(shapely.box(x - cut_x, y - cut_y, x, y))
@@ -205,7 +205,7 @@ def _l_block(rng: np.random.Generator) -> Mesh:
 
 
 def _notched(rng: np.random.Generator) -> Mesh:
-    """A block with a notch of a third of its sides in one corner of its top."""
+    """Return a block with a notch of a third of its sides in one corner of its top."""
     x, y, z = rng.uniform(0.7, 1.0, 3)
     a, b, c = rng.uniform(0.5, 0.67, 3) * [x, y, z]
     upper = shapely.box(0, 0, x, y).difference(shapely.box(a, b, x, y))
@@ -227,7 +227,7 @@ def _crate(rng: np.random.Generator) -> Mesh:
 
 
 def _tube(rng: np.random.Generator) -> Mesh:
-    """A square or a round tube, open at both ends."""
+    """Return a square or a round tube, open at both ends."""
     outer, length = rng.uniform(0.15, 0.3), rng.uniform(0.4, 1.0)
     if rng.uniform() < 0.5:
         return trimesh.creation.annulus(0.9 * outer, outer, length)
@@ -237,7 +237,7 @@ def _tube(rng: np.random.Generator) -> Mesh:
 
 
 def _board(rng: np.random.Generator) -> Mesh:
-    """A board, door or pane, lying or upright: 1 to 5 % as thick as it is long."""
+    """Return a board, door or pane, lying or upright: 1 to 5 % as thick as it is long."""
     thick = rng.uniform(0.125, 0.6) * LEAST_SIDE
     width = rng.uniform(0.3, 0.9)
     return block([0, 0, 0], [width, 1.0, thick] if rng.uniform() < 0.5 else [width, thick, 1.0])
@@ -251,7 +251,7 @@ def _shelf(rng: np.random.Generator) -> Mesh:
 
 
 def _cabinet(rng: np.random.Generator) -> Mesh:
-    """A closed body on legs that are a fourth of its height or more."""
+    """Return a closed body on legs that are a fourth of its height or more."""
     x, y, z = rng.uniform(0.6, 1.2), rng.uniform(0.4, 0.5), rng.uniform(0.7, 1.1)
     low = rng.uniform(0.25, 0.35) * z
     return joined(block([0, 0, low], [x, y, z]), *_legs(x, y, 0.0, low, 0.02))

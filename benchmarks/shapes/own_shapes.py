@@ -38,7 +38,7 @@ class OwnShape:
 
 
 def own_shape(seed: int) -> OwnShape:
-    """The shape of a seed, the same on every machine."""
+    """Return the shape of a seed, the same on every machine."""
     name, label, maker = KINDS[seed % len(KINDS)]
     generator = np.random.default_rng(seed)
     mesh = maker(generator)

@@ -17,14 +17,14 @@ BALL_SUBDIVISIONS = 2  # 162 corners of a rounded block's edges' balls
 
 
 def block(low: Sequence[float], high: Sequence[float]) -> trimesh.Trimesh:
-    """A cuboid from its lowest to its highest corner."""
+    """Return a cuboid from its lowest to its highest corner."""
     return trimesh.creation.box(bounds=[low, high])
 
 
 def bar(
     start: ArrayLike, end: ArrayLike, radius: float, *, sections: int = 16, square: bool = False
 ) -> trimesh.Trimesh:
-    """A round bar from one point to another, or a square one that is 2 `radius` thick."""
+    """Return a round bar from one point to another, or a square one that is 2 `radius` thick."""
     if not square:
         return trimesh.creation.cylinder(
             radius, segment=np.array([start, end], dtype=np.float64), sections=sections
@@ -35,17 +35,17 @@ def bar(
 
 
 def hull(points: ArrayLike) -> trimesh.Trimesh:
-    """The convex hull of points (n, 3)."""
+    """Return the convex hull of points (n, 3)."""
     return trimesh.convex.convex_hull(np.asarray(points, dtype=np.float64))
 
 
 def rectangle(low: Sequence[float], high: Sequence[float]) -> shapely.Polygon:
-    """An upright rectangle of a plan."""
+    """Return an upright rectangle of a plan."""
     return shapely.box(low[0], low[1], high[0], high[1])
 
 
 def extruded(plan: shapely.Polygon, low: float, high: float) -> trimesh.Trimesh:
-    """The prism over a polygon, which may have holes, between two heights; closed."""
+    """Return the prism over a polygon, which may have holes, between two heights; closed."""
     plan = _ccw(plan)
     rings = [plan.exterior, *plan.interiors]
     flat = [shapely.get_coordinates(ring)[:-1] for ring in rings]
@@ -72,13 +72,13 @@ def _ccw(polygon: shapely.Polygon) -> shapely.Polygon:
 
 
 def ring_points(radius: float, count: int, height: float, *, phase: float = 0.0) -> FloatArray:
-    """Points (count, 3) evenly round a level circle."""
+    """Return points (count, 3) evenly round a level circle."""
     turn = phase + 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(count, height)])
 
 
 def rounded_block(size: ArrayLike, radius: float) -> trimesh.Trimesh:
-    """A cuboid of that size with its low corner at 0, its edges rounded off."""
+    """Return a cuboid of that size with its low corner at 0, its edges rounded off."""
     extent = np.asarray(size, dtype=np.float64)
     ball = trimesh.creation.icosphere(BALL_SUBDIVISIONS, radius).vertices
     corners = np.array(np.meshgrid(*([radius, e - radius] for e in extent))).reshape(3, -1).T
@@ -86,7 +86,7 @@ def rounded_block(size: ArrayLike, radius: float) -> trimesh.Trimesh:
 
 
 def tapered(size: ArrayLike, cut: float) -> trimesh.Trimesh:
-    """A cuboid of that size with its low corner at 0, its edges cut off at 45 degrees."""
+    """Return a cuboid of that size with its low corner at 0, its edges cut off at 45 degrees."""
     extent = np.asarray(size, dtype=np.float64)
     points = []
     for axis in range(3):
@@ -97,12 +97,12 @@ def tapered(size: ArrayLike, cut: float) -> trimesh.Trimesh:
 
 
 def joined(*parts: trimesh.Trimesh) -> trimesh.Trimesh:
-    """All parts in one mesh, as they are."""
+    """Return all parts in one mesh, as they are."""
     return trimesh.util.concatenate(list(parts))
 
 
 def moved(part: trimesh.Trimesh, by: Sequence[float]) -> trimesh.Trimesh:
-    """A part elsewhere."""
+    """Return a part elsewhere."""
     return trimesh.Trimesh(
         part.vertices + np.asarray(by, dtype=np.float64), part.faces, process=False
     )

@@ -65,7 +65,7 @@ class Task:
 
     @classmethod
     def of_file(cls, label: Label, name: str, *, sampled: bool = False) -> "Task":
-        """The task of a line of labels; a word for no axis and for no unit is none."""
+        """Return the task of a line of labels; a word for no axis and for no unit is none."""
         up = label.up if label.up in UP_AXES else None
         unit = label.unit if label.unit in METRES_PER else None
         return cls(name, label.label, up, unit, file=label.file, sampled=sampled)
@@ -83,7 +83,7 @@ class Judged:
 
 
 def is_held_out(name: str) -> bool:
-    """Whether a file is in the half that no rule is developed on: an odd MD5 of its name.
+    """Return whether a file is in the half that no rule is developed on: an odd MD5 of its name.
 
     >>> is_held_out("a.ply"), is_held_out("c.ply")
     (True, False)
@@ -92,7 +92,9 @@ def is_held_out(name: str) -> bool:
 
 
 def noisy_cloud(mesh: Mesh, name: str) -> Cloud:
-    """20,000 points at random on a mesh's surface, each off by 0.5 % of the diagonal in any way."""
+    """Return 20,000 points at random on a mesh's surface, each off by 0.5 % of the diagonal in any
+    way.
+    """
     digits = hashlib.md5(name.encode(), usedforsecurity=False).hexdigest()[:8]
     generator = np.random.default_rng(int(digits, 16))
     solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
@@ -103,7 +105,7 @@ def noisy_cloud(mesh: Mesh, name: str) -> Cloud:
 
 
 def scene_of(task: Task) -> Scene:
-    """The scene of a shape. Raises FacetlogError if it cannot be read."""
+    """Return the scene of a shape. Raises FacetlogError if it cannot be read."""
     up = None if task.up is None else UP_AXES[task.up]
     if task.file is not None and not task.sampled:
         return read_shape(Path(task.file), ShapeOptions(up=up, unit=task.unit))
@@ -121,7 +123,9 @@ def scene_of(task: Task) -> Scene:
 
 
 def judged_by(task: Task, judges: Sequence[BatchJudge]) -> tuple[Judged, ...]:
-    """A shape judged by the models of each judge; what cannot be read is answered `error`."""
+    """Return a shape judged by the models of each judge; what cannot be read is answered
+    `error`.
+    """
     start = time.perf_counter()
     error = None
     verdicts: list[list[Row]] = [[] for _ in judges]
@@ -161,8 +165,9 @@ def _judged_here(task: Task) -> tuple[Judged, ...]:
 def judged_by_each(
     tasks: Sequence[Task], texts: Sequence[Sequence[Path]], workers: int = WORKERS
 ) -> tuple[tuple[Judged, ...], ...]:
-    """All shapes judged by each of several texts, files of models that take the built-in ones'
-    places; shapes and texts in their order, by so many spawned processes with an engine each."""
+    """Return all shapes judged by each of several texts, files of models that take the built-in
+    ones' places; shapes and texts in their order, by so many spawned processes with an engine each.
+    """
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     spawn = multiprocessing.get_context("spawn")
     with spawn.Pool(workers, _open_judges, (texts,)) as pool:
@@ -170,12 +175,12 @@ def judged_by_each(
 
 
 def judged_all(tasks: Sequence[Task], workers: int = WORKERS) -> tuple[Judged, ...]:
-    """All shapes judged by the built-in models, in their order."""
+    """Return all shapes judged by the built-in models, in their order."""
     return tuple(found for (found,) in judged_by_each(tasks, ((),), workers))
 
 
 def confusion(found: Iterable[Judged]) -> Confusion:
-    """The answers counted as the labels say."""
+    """Return the answers counted as the labels say."""
     every = tuple(found)
     labels = {one.task.name: Label(one.task.name, one.task.label) for one in every}
     counted = Confusion(labels, CLASSES, COUNTED_AS)

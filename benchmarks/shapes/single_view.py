@@ -31,7 +31,7 @@ FLOOR_SIZES = 1.5  # how far the floor reaches from the middle, in the longest s
 
 
 def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool) -> Cloud:
-    """The cloud of one view from a place by chance; `place` says whether the cloud has that.
+    """Return the cloud of one view from a place by chance; `place` says whether the cloud has that.
 
     The thing is brought to its size (m) first; the floor is its lowest level along `up` (3,).
     """
@@ -45,8 +45,9 @@ def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool
 
 
 def beyond_a_box(mesh: Mesh, up: FloatArray, seed: int) -> float:
-    """The share of what that view shows of the thing that lies behind the sides and the top of the
-    least upright box round it, by more than the sensor's noise; the floor's edge not counted.
+    """Return the share of what that view shows of the thing that lies behind the sides and the top
+    of the least upright box round it, by more than the sensor's noise; the floor's edge not
+    counted.
 
     Where it is 0 nobody can tell from the view that the thing is no box.
     """
@@ -89,7 +90,7 @@ def _view(mesh: Mesh, up: FloatArray, generator: np.random.Generator) -> _View:
 
 
 def _resized(mesh: Mesh, up: FloatArray) -> FloatArray:
-    """The vertices with the thing's footing at the origin's level, above it, in metres."""
+    """Return the vertices with the thing's footing at the origin's level, above it, in metres."""
     used = mesh.vertices[np.unique(mesh.triangles)]
     low, high = used.min(axis=0), used.max(axis=0)
     points = (mesh.vertices - (low + high) / 2.0) * LONGEST_M / float((high - low).max())
@@ -118,7 +119,7 @@ def _surface(
 
 
 def _axes(up: FloatArray, eye: FloatArray) -> FloatArray:
-    """The sensor's right, down and forward (3, 3), as rows; it looks at the origin."""
+    """Return the sensor's right, down and forward (3, 3), as rows; it looks at the origin."""
     forward = -eye / np.linalg.norm(eye)
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)
@@ -126,7 +127,7 @@ def _axes(up: FloatArray, eye: FloatArray) -> FloatArray:
 
 
 def _sight_lines() -> FloatArray:
-    """What a metre of depth is in each pixel (h w, 3), along the sensor's axes."""
+    """Return what a metre of depth is in each pixel (h w, 3), along the sensor's axes."""
     row, column = np.divmod(np.arange(WIDTH * HEIGHT), WIDTH)
     across = (column - (WIDTH - 1) / 2.0) / FOCAL_PX
     down = (row - (HEIGHT - 1) / 2.0) / FOCAL_PX
@@ -134,7 +135,7 @@ def _sight_lines() -> FloatArray:
 
 
 def _pixels(points: FloatArray, eye: FloatArray, axes: FloatArray) -> tuple[Indices, FloatArray]:
-    """Pixel and depth of the points in view."""
+    """Return pixel and depth of the points in view."""
     x, y, z = axes @ (points - eye).T
     column = np.rint(FOCAL_PX * x / z + (WIDTH - 1) / 2.0).astype(np.intp)
     row = np.rint(FOCAL_PX * y / z + (HEIGHT - 1) / 2.0).astype(np.intp)
@@ -153,7 +154,7 @@ def _floor_depth(seen: FloatArray, eye: FloatArray, up: FloatArray) -> FloatArra
 
 
 def _measured(depth: FloatArray, generator: np.random.Generator) -> FloatArray:
-    """Depths (n,) as the sensor gives them."""
+    """Return depths (n,) as the sensor gives them."""
     noisy = depth + generator.normal(size=len(depth)) * _noise_sd(depth)
     disparity = FOCAL_PX * BASE_M / noisy
     steps = np.maximum(np.rint(disparity / DISPARITY_STEP_PX), 1.0)
@@ -162,5 +163,5 @@ def _measured(depth: FloatArray, generator: np.random.Generator) -> FloatArray:
 
 
 def _noise_sd(depth: FloatArray) -> FloatArray:
-    """Of depths (n,) in metres, along the line of sight."""
+    """Return the noise of depths (n,), metres, along the line of sight."""
     return np.asarray(0.0012 + 0.0019 * (depth - 0.4) ** 2)

@@ -28,7 +28,7 @@ INSET_M, OVERLAP_M = 0.05, 0.02
 
 
 def table_mesh(cuts: int) -> Any:
-    """A table of five boxes whose legs reach into the top, as a mesh, in metres."""
+    """Return a table of five boxes whose legs reach into the top, as a mesh, in metres."""
     length, width, thickness = TOP_M
     under = HEIGHT_M - thickness
     parts = [trimesh.creation.box(bounds=[(0.0, 0.0, under), (length, width, HEIGHT_M)])]
@@ -44,7 +44,7 @@ def table_mesh(cuts: int) -> Any:
 
 
 def _seconds(work: Callable[[], Any], repeats: int) -> tuple[float, Any]:
-    """Median CPU time of the work, and its last result."""
+    """Return median CPU time of the work, and its last result."""
     times, result = [], None
     for _ in range(repeats):
         start = time.process_time()
@@ -54,7 +54,7 @@ def _seconds(work: Callable[[], Any], repeats: int) -> tuple[float, Any]:
 
 
 def measure(settings: Settings) -> Report:
-    """Both sizes and kinds of file; the number of repeats is that of seeds asked for."""
+    """Measure both sizes and kinds of file; the number of repeats is that of seeds asked for."""
     repeats = settings.number(REPEATS)
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:

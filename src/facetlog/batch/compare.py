@@ -18,7 +18,7 @@ DEGREE_STEP = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What a model says of a thing, then and now; empty where one of them says nothing of it."""
+    """A verdict on a thing in both tables; empty where one of them says nothing of it."""
 
     path: str
     model: str
@@ -27,7 +27,7 @@ class Change:
     now: str
 
     def to_json(self) -> dict[str, Any]:
-        """The change as plain data."""
+        """Return the change as plain data."""
         return {
             "path": self.path,
             "model": self.model,
@@ -38,7 +38,7 @@ class Change:
 
 
 def older_rows(path: Path) -> dict[str, Row]:
-    """The rows of a table by path; raises InputError if it cannot be read or has none."""
+    """Return the rows of a table by path; raise InputError if it cannot be read or has none."""
     rows = {row["path"]: row for row in read_rows(path)}
     if not rows:
         raise InputError(f"{path}: has no rows to compare with")
@@ -46,14 +46,16 @@ def older_rows(path: Path) -> dict[str, Row]:
 
 
 def were_crisp(old: Mapping[str, Row]) -> bool:
-    """Whether the rows of an older table, which has some, were all judged with --crisp."""
+    """Return whether the rows of an older table, which has some, were all judged with --crisp."""
     return bool(old) and all(row["read_as"].split()[-1:] == [CRISP] for row in old.values())
 
 
 def read_as_then(
     items: Sequence[Item], old: Mapping[str, Row], *, up: bool, unit: bool
 ) -> tuple[Item, ...]:
-    """The items with the options that their older rows tell, but for `up` or `unit` if given."""
+    """Return the items with the options that their older rows tell, but for `up` or `unit` if
+    given.
+    """
     return tuple(
         item
         if (row := old.get(plain_text(item.path))) is None
@@ -73,7 +75,7 @@ def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
 
 
 def check_alike(items: Sequence[Item], settings: Settings, old: Mapping[str, Row]) -> None:
-    """Raises InputError if none of the scenes of older rows is read as then: nothing to compare."""
+    """Raise InputError if none of the scenes of older rows is read as then: nothing to compare."""
     pairs = [
         (row["read_as"], item.read_as(settings))
         for item in items
@@ -101,7 +103,7 @@ class Comparison:
     new: int = 0
 
     def add(self, row: Row) -> None:
-        """Compares a row with the older one of its scene, if there is one."""
+        """Compare a row with the older one of its scene, if there is one."""
         before = self.old.get(plain_text(row["path"]))
         if before is None:
             self.new += 1
@@ -113,7 +115,7 @@ class Comparison:
         self.changes.extend(_changes(before, row))
 
     def lines(self) -> Iterator[str]:
-        """The changes as text, by scene."""
+        """Yield the changes as text, by scene."""
         last = ""
         for change in self.changes:
             if change.path != last:
@@ -132,7 +134,7 @@ class Comparison:
             yield f"{were} read with other options than then, and not compared"
 
     def to_json(self) -> dict[str, Any]:
-        """All of it as plain data."""
+        """Return all of it as plain data."""
         return {
             "compared": self.compared,
             "read_otherwise": self.otherwise,
@@ -164,7 +166,7 @@ def _differ(old: Row, new: Row) -> bool:
 
 
 def _said(verdict: Row | None) -> str:
-    """A verdict in a word: 'holds 93 %', 'unknown 0–87 %'."""
+    """Return a verdict in a word: 'holds 93 %', 'unknown 0–87 %'."""
     if verdict is None:
         return ""
     low, high = 100 * verdict["degree"], 100 * verdict["degree_at_most"]

@@ -1,4 +1,4 @@
-"""What was answered for what is there: the confusion matrix, and what went wrong."""
+"""Confusion matrix: right answers against answers given, and the mistakes."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,7 +41,7 @@ class Proportion(NamedTuple):
         return f"{self.value:.3f} ({self.hits} of {self.of}, 95 % {low:.3f}–{high:.3f})"
 
     def to_json(self) -> dict[str, Any]:
-        """The share as plain data."""
+        """Return the share as plain data."""
         return {"hits": self.hits, "of": self.of, "share": self.value, "interval": self.interval}
 
 
@@ -64,11 +64,11 @@ class Mistake:
 
     @property
     def percentage(self) -> str:
-        """How sure the answer was, in brackets; empty of none."""
+        """Confidence of the answer in brackets; empty without one."""
         return "" if self.sure is None else f" ({self.sure:.0%})"
 
     def to_json(self) -> dict[str, Any]:
-        """The mistake as plain data."""
+        """Return the mistake as plain data."""
         return {
             "path": self.path,
             "label": self.label,
@@ -111,7 +111,7 @@ class Confusion:
     unlabelled: int = 0
 
     def add(self, row: Row) -> None:
-        """Counts a row by the label of its scene."""
+        """Count a row by the label of its scene."""
         label = self.labels.get(row["path"])
         if label is None:
             self.unlabelled += 1
@@ -139,18 +139,18 @@ class Confusion:
             )
 
     def truth(self, label: str) -> Truth:
-        """How a label counts."""
+        """Return how a label counts."""
         known = self.counted_as.get(label)
         return known or Truth(label if label in self.classes else NONE)
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """What can be right."""
+        """Right answers: the rows of the matrix."""
         return (*self.classes, NONE)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What can be answered: errors only if there were any."""
+        """Answers: the columns of the matrix; errors only if there were any."""
         failed = any(given == ERROR for _, given in self.counts)
         return (*self.rows, ERROR) if failed else self.rows
 
@@ -161,17 +161,17 @@ class Confusion:
         return Proportion(hits, self.counts.total())
 
     def recall(self, name: str) -> Proportion:
-        """How many of those that are one were answered so."""
+        """Return how many of those that are one were answered so."""
         of = sum(n for (truth, _), n in self.counts.items() if truth == name)
         return Proportion(self.counts[name, name], of)
 
     def precision(self, name: str) -> Proportion:
-        """How many of those answered so are one."""
+        """Return how many of those answered so are one."""
         of = sum(n for (_, given), n in self.counts.items() if given == name)
         return Proportion(self.counts[name, name], of)
 
     def kinds(self) -> Iterator[tuple[str, Proportion]]:
-        """The accuracy for each kind of scene, if the labels tell several."""
+        """Yield the accuracy for each kind of scene, if the labels tell several."""
         names = sorted({kind for kind, _ in self.by_kind})
         if len(names) > 1:
             for kind in names:
@@ -179,7 +179,7 @@ class Confusion:
                 yield kind, Proportion(right, right + wrong)
 
     def lines(self) -> Iterator[str]:
-        """The matrix, the shares, and the names of what went wrong, as text."""
+        """Yield the matrix, the shares, and the names of what went wrong, as text."""
         if not self.counts:
             yield "no scene with a label was counted"
             return
@@ -206,7 +206,7 @@ class Confusion:
                 yield f"  {mistake}"
 
     def to_json(self) -> dict[str, Any]:
-        """All of it as plain data."""
+        """Return all of it as plain data."""
         return {
             "classes": list(self.classes),
             "matrix": {t: {g: self.counts[t, g] for g in self.columns} for t in self.rows},

@@ -1,4 +1,4 @@
-"""What a file holds, in a few digits."""
+"""Hash of a file's content."""
 
 import hashlib
 from pathlib import Path
@@ -10,7 +10,7 @@ HASHED_AT_ONCE = 1 << 20  # bytes
 
 
 def content_hash(path: Path) -> str:
-    """The SHA-256 of a file, as hexadecimal digits; InputError if it cannot be read."""
+    """Return the SHA-256 of a file, as hexadecimal digits; InputError if it cannot be read."""
     digest = hashlib.sha256()
     try:
         with open_regular(path) as file:

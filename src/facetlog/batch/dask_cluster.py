@@ -1,4 +1,4 @@
-"""The same run on a dask.distributed cluster that exists already.
+"""A run on a dask.distributed cluster that exists already.
 
 A task of the cluster is a handful of scenes. Whoever works at it hands them to a process of its own
 with an engine, kept from task to task, so that limits, retries and rows are those of a run on one
@@ -58,7 +58,7 @@ Package = dict[str, Any]
 
 @contextmanager
 def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
-    """The cluster whose scheduler is at this address; InputError if there is none.
+    """Return the cluster whose scheduler is at this address; InputError if there is none.
 
     An engine is opened here first: it says whether the models can be used, and explains mistakes.
     """
@@ -90,7 +90,7 @@ class Cluster:
 
     @property
     def models_hash(self) -> str:
-        """Of the models here, which the workers of the cluster must have as well."""
+        """Hash of the models here; the workers of the cluster must have the same."""
         return self._pool.models_hash
 
     @property
@@ -100,11 +100,11 @@ class Cluster:
 
     @property
     def profile(self) -> Profile:
-        """Of what was done here."""
+        """Where the time of the process here went."""
         return self._pool.profile
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
-        """An answer to each task, as they come; raises EngineError if the cluster is lost.
+        """Yield an answer to each task, as they come; raise EngineError if the cluster is lost.
 
         Scenes are classified on the cluster; mistakes are explained, and pages made, here.
         """
@@ -171,7 +171,7 @@ class Cluster:
                     warned = True
 
     def _with_content(self, task: Task, hand: Any) -> Iterator[Answer]:
-        """Hands a scene again whose file is not there, with its content if it is here."""
+        """Hand a scene again whose file is not there, with its content if it is here."""
         try:
             content = read_regular(Path(task.item.path), MOST_SHAPE_BYTES)
         except OSError as exc:
@@ -182,7 +182,9 @@ class Cluster:
     def _lost(
         self, some: list[tuple[Task, bytes | None]], future: Any, hand: Any
     ) -> Iterator[Answer]:
-        """What was to be done by a machine that went away, again, one by one; or its error."""
+        """Hand tasks of a lost machine out again, one by one; yield an error for
+        error.
+        """
         from distributed import KilledWorker
 
         error = future.exception() if future.status == "error" else None
@@ -209,7 +211,7 @@ class Cluster:
 
 
 def _sent(item: Item, content: bytes | None) -> dict[str, Any]:
-    """An item with what says which content is meant: the digest, or the content itself."""
+    """Return an item with what says which content is meant: the digest, or the content itself."""
     if content is not None:
         return {"item": item.to_json(), "content": content}
     try:
@@ -219,9 +221,10 @@ def _sent(item: Item, content: bytes | None) -> dict[str, Any]:
 
 
 def package_of(settings: Settings) -> Package:
-    """The settings with all that their models are made of, for machines that do not have them.
+    """Return the settings with all that their models are made of, for machines that do not have
+    them.
 
-    Raises RuleSyntaxError for models that cannot be read.
+    Raise RuleSyntaxError for models that cannot be read.
     """
     named = rule_files(map(Path, settings.models))
     files = dict.fromkeys(
@@ -247,9 +250,9 @@ def _model_text(file: Path) -> bytes:
 def work(
     package: Package, items: list[dict[str, Any]], models_hash: str
 ) -> list[tuple[bool, bytes] | None]:
-    """On a worker of the cluster: of each item whether it failed, and its row as JSON.
+    """Classify items on a worker; return whether each failed, and its row as JSON.
 
-    None for an item whose file is not here, or has another content. Raises InputError if the models
+    None for an item whose file is not here, or has another content. Raise InputError if the models
     come out differently than on the client: another version of the program.
     """
     answers: dict[str, tuple[bool, bytes]] = {}
@@ -288,7 +291,7 @@ _unpacking = threading.Lock()
 
 @contextmanager
 def _engine(package: Package) -> Iterator[Pool]:
-    """A process with an engine for these models: one that nobody uses, or a new one."""
+    """Return a process with an engine for these models: one that nobody uses, or a new one."""
     digest = hashlib.sha256(repr(sorted(package.items())).encode()).hexdigest()
     idle = _idle.setdefault(digest, queue.SimpleQueue())
     try:
@@ -305,7 +308,9 @@ def _engine(package: Package) -> Iterator[Pool]:
 
 
 def _within_share(settings: Settings) -> Settings:
-    """The settings with a limit of memory: that of this worker of the cluster by its threads."""
+    """Return the settings with a limit of memory: that of this worker of the cluster by its
+    threads.
+    """
     if settings.memory_mb is not None:
         return settings
     from distributed import get_worker
@@ -320,7 +325,9 @@ def _within_share(settings: Settings) -> Settings:
 
 
 def _unpacked(package: Package, digest: str) -> Settings:
-    """The settings with the models' files on this machine; they stay while the process does."""
+    """Return the settings with the models' files on this machine; they stay while the
+    process does.
+    """
     settings = Settings.from_json(package["settings"])
     if not package["files"]:
         return settings

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, a line now and then elsewhere; on stderr."""
+"""Progress of a run: a bar on a terminal, a line now and then elsewhere; on stderr."""
 
 import time
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ DRAWN_SECONDS = 0.1
 
 @contextmanager
 def showing_rate(doing: str = "classify", what: str = "scene") -> Iterator[Progress]:
-    """A report of progress, with rate and time left: what is being done, and to what."""
+    """Show progress with rate and time left; yield the function to report it to."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -75,7 +75,7 @@ def _lines(what: str) -> Progress:
 
 
 def line_of_progress(done: int, total: int, failed: int, rate: float, what: str = "scene") -> str:
-    """How far it is, in one line.
+    """Return the progress in one line.
 
     >>> line_of_progress(500, 2000, 1, 10.0)
     '500 of 2000 scenes, 10/s, 2 min 30 s left, 1 with an error'
@@ -90,7 +90,7 @@ def line_of_progress(done: int, total: int, failed: int, rate: float, what: str 
 
 
 def _duration(seconds: float) -> str:
-    """A length of time as people say it.
+    """Return a length of time as people say it.
 
     >>> _duration(7265.0), _duration(4.2)
     ('2 h 1 min', '4 s')
@@ -110,7 +110,7 @@ class _Clock:
         self._start: tuple[float, int] | None = None
 
     def due(self, seconds: float, *, last: bool) -> bool:
-        """Whether so much time has gone since it last was."""
+        """Return whether `seconds` have passed since the last report."""
         now = time.monotonic()
         if not last and now - self._last < seconds:
             return False
@@ -118,11 +118,11 @@ class _Clock:
         return True
 
     def begin(self, done: int) -> None:
-        """Takes so many rows as those that were there before; the first call counts."""
+        """Start the clock at the first call, when `done` rows were there already."""
         if self._start is None:
             self._start = time.monotonic(), done
 
     def rate(self, done: int) -> float:
-        """Rows a second since it began."""
+        """Return rows a second since it began."""
         since, before = self._start or (time.monotonic(), done)
         return (done - before) / max(time.monotonic() - since, 1e-9)

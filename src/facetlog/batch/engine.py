@@ -40,7 +40,7 @@ class _Read:
 
 
 def _blocks(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Scene files in blocks that hold little together; what is larger, or a raw shape, alone.
+    """Yield scene files in blocks that hold little together; what is larger, or a raw shape, alone.
 
     Whoever takes long, or ends the process, is then the first of its block.
     """
@@ -88,12 +88,12 @@ class SceneEngine:
         """Where the time went, of all scenes so far."""
 
     def row(self, item: Item) -> Row:
-        """The row of a scene; whatever goes wrong with it is the row's error."""
+        """Return the row of a scene; whatever goes wrong with it is the row's error."""
         (row,) = self.rows((item,))
         return row
 
     def rows(self, items: Iterable[Item]) -> Iterator[Row]:
-        """The rows of scenes, in order; facts of small ones are worked out together.
+        """Yield the rows of scenes, in order; facts of small ones are worked out together.
 
         So what becomes known of several is counted to the first of them by who watches the time: it
         is a few hundredths of a second.
@@ -104,7 +104,7 @@ class SceneEngine:
             yield from map(self._row, scenes)
 
     def _read(self, item: Item) -> _Read:
-        """What a file holds."""
+        """Read the scene of a file."""
         start, read = time.perf_counter(), _Read(item)
         with self.profile.timed("read"), self._told(read):
             read.sha256 = content_hash(Path(item.place))
@@ -115,7 +115,7 @@ class SceneEngine:
         return read
 
     def _add_facts(self, scenes: list[_Read]) -> None:
-        """Works out the facts of scenes together, and, if one of them is at fault, one by one."""
+        """Work out the facts of scenes together, and, if one of them is at fault, one by one."""
         known = [(read, read.scene) for read in scenes if read.scene is not None]
         start = time.perf_counter()
         with self.profile.timed("facts"):
@@ -133,7 +133,7 @@ class SceneEngine:
 
     @contextmanager
     def _told(self, read: _Read) -> Iterator[None]:
-        """What goes wrong within is the scene's error."""
+        """Record an exception within as the scene's error."""
         item = read.item
         try:
             yield
@@ -197,5 +197,5 @@ class SceneEngine:
         )
 
     def close(self) -> None:
-        """Ends the engine."""
+        """End the engine."""
         self._judge.close()

@@ -19,12 +19,12 @@ UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
-    """The files that are meant, in the order given, each once.
+    """Return the files that are meant, in the order given, each once.
 
     A source is a file, a folder (searched with all that is in it for files of known suffixes; what
     a run wrote with -o is one scene, its scene.json) or a glob, where ** stands for any folders;
     `listed` are paths of files, taken as they are. Files that are not there are kept: their row
-    says so. Raises InputError for a folder or glob that finds none, and if there is nothing at all.
+    says so. Raise InputError for a folder or glob that finds none, and if there is nothing at all.
     """
     found = [path for source in sources for path in _found(source)]
     once: dict[str, str] = {}
@@ -62,7 +62,7 @@ def _found(source: str) -> tuple[str, ...]:
 
 
 def _matched(pattern: str) -> Iterator[str]:
-    """The paths that a glob matches; ** stands for folders, and not for links to some.
+    """Yield the paths that a glob matches; ** stands for folders, and not for links to some.
 
     Python's own follows them: two links of a folder to itself are 2^40 paths.
     """
@@ -94,11 +94,11 @@ def _shapes_in(folder: str) -> Iterator[str]:
 
 
 def paths_listed(source: str) -> tuple[str, ...]:
-    """The paths in a text file, one on a line; '-' is standard input.
+    """Return the paths in a text file, one on a line; '-' is standard input.
 
     Empty lines and lines that begin with # are none; relative paths are so to the current folder,
     as `find` writes them. Where there are NULs, as `find -print0` writes them, they end paths, and
-    lines are none. Raises InputError if the list cannot be read.
+    lines are none. Raise InputError if the list cannot be read.
     """
     try:
         if source == STDIN:

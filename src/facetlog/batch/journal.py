@@ -29,7 +29,7 @@ SYNC_SECONDS = 1.0
 
 
 def journal_path(output: Path) -> Path:
-    """Where the journal of a run with this output is: of a link beside what it leads to."""
+    """Return where the journal of a run with this output is: of a link beside what it leads to."""
     place = output.resolve() if output.is_symlink() else output
     return place.with_name(f"{place.name}.partial")
 
@@ -59,13 +59,13 @@ class Journal:
         *,
         afresh: bool = False,
     ) -> Self:
-        """The journal of a run: a new one, or the one that is there with all that it holds.
+        """Return the journal of a run: a new one, or the one that is there with all that it holds.
 
         `run` says what it was made by, `read_as` with what options each scene is read. Rows of
         scenes that ran out of time or memory count for none: they are to be tried again. `afresh`
         throws away what the one that is there holds.
 
-        Raises InputError if it cannot be written, is in use, or was begun by another run.
+        Raise InputError if it cannot be written, is in use, or was begun by another run.
         """
         journal = cls(path, _locked(path))
         try:
@@ -82,7 +82,7 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Closes the file, which stays."""
+        """Close the file, which stays."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
@@ -99,18 +99,18 @@ class Journal:
         return len(self._places)
 
     def append(self, path: str, line: bytes) -> None:
-        """Writes the row of a scene; raises InputError if there is no room for it."""
+        """Write the row of a scene; raise InputError if there is no room for it."""
         self._places[path] = self._written(line)
         if time.monotonic() - self._synced >= SYNC_SECONDS:
             self.sync()
 
     def sync(self) -> None:
-        """Returns when all that was appended would survive a power cut."""
+        """Return when all that was appended would survive a power cut."""
         os.fsync(self._descriptor)
         self._synced = time.monotonic()
 
     def rows(self, paths: Iterable[str]) -> Iterator[Row]:
-        """The rows of these scenes, in this order, read one by one."""
+        """Yield the rows of these scenes, in this order, read one by one."""
         for path in paths:
             start, length = self._places[path]
             row: Row = json.loads(os.pread(self._descriptor, length, start))
@@ -196,7 +196,7 @@ def _is_at(descriptor: int, path: Path) -> bool:
 
 
 def _check_head(path: Path, head: bytes, run: Mapping[str, Any]) -> None:
-    """Raises InputError if the journal is none, or was begun by another run than this."""
+    """Raise InputError if the journal is none, or was begun by another run than this."""
     try:
         begun = json.loads(head)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""What the scenes are in truth, from a table of labels, and how it counts."""
+"""True labels of scenes from a table, and how they count."""
 
 import csv
 import io
@@ -43,7 +43,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """How a label counts: `answer` is right; one of `doubtful` is neither right nor wrong.
+    """Right answer for a label: `answer` is right; one of `doubtful` neither right nor wrong.
 
     A label that is not counted at all has no answer.
     """
@@ -53,12 +53,12 @@ class Truth:
 
 
 def read_labels(path: Path) -> dict[str, Label]:
-    """The labels by the real path of their file, which is relative to the table's folder.
+    """Return the labels by the real path of their file, which is relative to the table's folder.
 
     A CSV with the columns file and label; up_axis, units and kind may be there as well. Of the
     former two the first word counts: an axis or a unit is taken, any other word ('unknown') means
     that it is not known, and an empty cell leaves it to the options. Semicolons or tabs may
-    separate cells, as spreadsheets of some countries write them. Raises InputError for a table that
+    separate cells, as spreadsheets of some countries write them. Raise InputError for a table that
     cannot be read, lacks a column, has a file twice, or a line without file or label.
     """
     try:
@@ -106,7 +106,7 @@ def _label(path: Path, line: Mapping[str, str | None]) -> Label:
 
 
 def _first_word(text: str, known: Mapping[str, object]) -> str | None:
-    """The word if it is known, 'none' for another, None for an empty cell.
+    """Return the word if it is known, 'none' for another, None for an empty cell.
 
     >>> [_first_word(text, {"z": 1}) for text in ("z (from table plane)", "unknown", "")]
     ['z', 'none', None]
@@ -149,7 +149,7 @@ def unknown_labels(
 
 
 def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:
-    """The models that a text like 'chair, box' names; InputError for one that is none.
+    """Return the models that a text like 'chair, box' names; InputError for one that is none.
 
     >>> classes_named("chair, box,", ["box", "table", "chair"])
     ('chair', 'box')
@@ -164,9 +164,9 @@ def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:
 def classes_labelled(
     models: Iterable[str], labels: Iterable[Label], counted_as: Mapping[str, Truth]
 ) -> tuple[str, ...]:
-    """The models, in their order, that are labels, or that a label counts as.
+    """Return the models, in their order, that are labels, or that a label counts as.
 
-    Raises InputError if there are labels, and no model is one: any answer would be none.
+    Raise InputError if there are labels, and no model is one: any answer would be none.
     """
     models, labels = tuple(models), tuple(labels)
     truths = counted_as.values()
@@ -183,10 +183,10 @@ def classes_labelled(
 
 
 def truths(counted_as: Sequence[str], classes: Collection[str]) -> dict[str, Truth]:
-    """How labels count that are not called as their class, from texts like 'armchair=chair'.
+    """Return how labels count that are not called as their class, from texts like 'armchair=chair'.
 
     'desk=' leaves a label out. 'cabinet=none|box' says that none is right, and box neither right
-    nor wrong. A label need not occur: one list of them serves many tables. Raises InputError for
+    nor wrong. A label need not occur: one list of them serves many tables. Raise InputError for
     another text, and for a class that is none of `classes`.
 
     >>> truths(["armchair=chair"], ["chair"])["armchair"].answer

@@ -23,9 +23,10 @@ SECONDS_PER_REASON = 10.0
 
 @contextmanager
 def loaded_scene(scene: Scene, settings: Settings) -> Iterator[KnowledgeBase]:
-    """The knowledge base with the settings' models and, while it is in use, the scene as SCENE.
+    """Return the knowledge base with the settings' models and, while it is in use, the scene as
+    SCENE.
 
-    Raises FacetlogError if the scene cannot be loaded.
+    Raise FacetlogError if the scene cannot be loaded.
     """
     base = _base(settings)
     base.load_scene(
@@ -43,7 +44,7 @@ def _flat(rows: FactRows) -> Iterator[Fact]:
 
 @cache
 def _base(settings: Settings) -> KnowledgeBase:
-    """The knowledge base of this process, which ends with it."""
+    """Return the knowledge base of this process, which ends with it."""
     return open_knowledge_base(
         tuple(map(Path, settings.models)),
         trusted=settings.trusted,

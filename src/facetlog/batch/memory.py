@@ -1,4 +1,4 @@
-"""How much memory a worker process may take, and how that is kept.
+"""Memory limit of worker processes.
 
 The limit is on what a process writes into (RLIMIT_DATA), not on its address space: libraries that
 are mapped, and stacks that threads reserve, are no cost of a scene. Linux counts all private memory
@@ -32,7 +32,7 @@ CONTAINER_LIMITS = (
 
 
 def memory_mb() -> int:
-    """Memory of the machine or of the container that this runs in."""
+    """Return memory of the machine or of the container that this runs in."""
     found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
     for path in CONTAINER_LIMITS:
         with suppress(OSError, ValueError):  # there is none, or it is "max"
@@ -41,7 +41,7 @@ def memory_mb() -> int:
 
 
 def share_mb(workers: int, of_mb: float | None = None) -> int:
-    """What each of so many workers may take, of `of_mb` or of this machine's memory.
+    """Return the memory limit of each of so many workers, of `of_mb` or of this machine's memory.
 
     >>> share_mb(4, of_mb=16000), share_mb(64, of_mb=16000)
     (3200, 400)
@@ -51,7 +51,7 @@ def share_mb(workers: int, of_mb: float | None = None) -> int:
 
 
 def limit_memory(most_mb: int) -> None:
-    """From now on this process gets no more than that.
+    """Limit the memory of this process from now on.
 
     So do those that it starts, unless they lift it.
     """
@@ -64,7 +64,7 @@ def limit_memory(most_mb: int) -> None:
 
 
 def left_mb() -> float:
-    """What this process may still take of its limit; infinite where there is none."""
+    """Return the memory left to this process, MB; infinite without a limit."""
     most, _ = resource.getrlimit(resource.RLIMIT_DATA)
     if most == resource.RLIM_INFINITY:
         return math.inf
@@ -77,7 +77,7 @@ def left_mb() -> float:
 
 
 def needs_more(most_mb: int) -> str:
-    """What is said of a scene that does not fit; rows.py knows it by its first words.
+    """Return the error of a scene that needs too much memory; rows.py knows it by its first words.
 
     >>> needs_more(800)
     'needs more memory than 800 MB: give more by --memory, or fewer --workers'
@@ -86,5 +86,5 @@ def needs_more(most_mb: int) -> str:
 
 
 def took_all(resident_mb: float, most_mb: int) -> bool:
-    """Whether a process that died, and had so much resident at most, died of its limit."""
+    """Return whether a process that died, and had so much resident at most, died of its limit."""
     return resident_mb >= NEAR_LIMIT * most_mb

@@ -1,4 +1,4 @@
-"""What a run came to as a whole: counts, confusion, changes; as text and as data."""
+"""Summary of a run: counts, confusion, changes; as text and as data."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -35,7 +35,7 @@ class Outcome:
     """The warnings of scenes, a line each."""
 
     def noting(self, rows: Iterable[Row]) -> Iterator[Row]:
-        """The same rows, each counted as it goes by."""
+        """Count rows and yield them."""
         for row in rows:
             self.scenes += 1
             if row["error"] is not None:
@@ -55,7 +55,7 @@ class Outcome:
         return NONE if row["model"] is None else str(row["model"])
 
     def lines(self) -> Iterator[str]:
-        """What a reader wants to know first, as text."""
+        """Yield the summary as text."""
         if self.confusion is not None:
             yield from self.confusion.lines()
         if self.comparison is not None:
@@ -74,7 +74,7 @@ class Outcome:
         return f"{many(self.scenes, 'scene')}{kept} in {self.seconds:.1f} s{rate}: {said}"
 
     def to_json(self) -> dict[str, Any]:
-        """All of it as plain data, with the schema's name."""
+        """Return all of it as plain data, with the schema's name."""
         return {
             "schema": SCHEMA,
             "scenes": self.scenes,

@@ -33,7 +33,7 @@ FORMULA = ("=", "+", "-", "@")
 
 
 def check_format(path: Path) -> None:
-    """Raises InputError if no table can be written or read at a path of this suffix."""
+    """Raise InputError if no table can be written or read at a path of this suffix."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: tables are written as {', '.join(FORMATS)}: give such a name")
     if path.suffix.lower() == ".parquet":
@@ -41,9 +41,9 @@ def check_format(path: Path) -> None:
 
 
 def write_rows(path: Path, rows: Iterable[Row]) -> None:
-    """Writes a table in the format of the path's suffix, whole or not at all, in little memory.
+    """Write a table in the format of the path's suffix, whole or not at all, in little memory.
 
-    Raises InputError if it cannot be written.
+    Raise InputError if it cannot be written.
     """
     write, _ = FORMATS[path.suffix.lower()]
     with writing_whole(path) as file:
@@ -51,7 +51,8 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
 
 
 def read_rows(path: Path) -> Iterator[Row]:
-    """The rows of a table, one by one; raises InputError, with the number of the row, at a bad one.
+    """Yield the rows of a table, one by one; raise InputError, with the number of the row, at a bad
+    one.
 
     The format is that of the suffix.
     """
@@ -74,7 +75,7 @@ def plain_row(row: Row) -> Row:
 
 
 def _escaped(cell: object) -> object:
-    r"""A cell whose text steers no terminal, and is no formula of a spreadsheet.
+    r"""Return a cell whose text steers no terminal, and is no formula of a spreadsheet.
 
     Control characters, as a path may have them, come as \xNN; text that begins as a formula does is
     begun with an apostrophe, which `_unescaped` takes away. Source: OWASP, CSV Injection.

@@ -96,7 +96,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What became of a task: one line of JSON, and whether it is an error."""
+    """The answer to a task: one line of JSON, and whether it is an error."""
 
     task: Task
     line: bytes
@@ -105,7 +105,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class _Death:
-    """How a process ended, and the most memory (MB) that it ever had resident."""
+    """The end of a process, and the most memory (MB) that it had resident."""
 
     how: str
     resident_mb: float
@@ -128,7 +128,7 @@ class _Worker:
 
     @classmethod
     def started(cls, settings: Settings) -> Self:
-        """A new process that opens its engine; what it says first is whether it could."""
+        """Return a new process that opens its engine; what it says first is whether it could."""
         ours, theirs = socket.socketpair()
         with theirs:
             popen = subprocess.Popen(
@@ -145,18 +145,18 @@ class _Worker:
         return worker
 
     def send(self, message: object) -> None:
-        """Hands over a message; that the process is gone shows when it is listened to."""
+        """Hand over a message; that the process is gone shows when it is listened to."""
         with suppress(OSError):
             self.connection.send_bytes(json.dumps(message).encode())
 
     def begin(self) -> None:
-        """Counts the time of the task that is first in turn from now on."""
+        """Count the time of the task that is first in turn from now on."""
         self.since, self.worked = time.monotonic(), processor_seconds(self.popen.pid)
         self.queued = None
 
     def waited(self) -> float:
-        """Seconds since then by the clock, without those in which it waited for a processor: that
-        the machine has other work is no fault of a scene.
+        """Return seconds since then by the clock, without those in which it waited for a processor:
+        that the machine has other work is no fault of a scene.
         """
         passed = time.monotonic() - self.since
         if passed < QUEUE_SECONDS:
@@ -167,12 +167,12 @@ class _Worker:
         return passed - max(0.0, queued - self.queued)
 
     def busy(self) -> float:
-        """Seconds since then that it worked; by the clock where nothing else is known."""
+        """Return seconds since then that it worked; by the clock where nothing else is known."""
         now = processor_seconds(self.popen.pid)
         return self.waited() if now is None or self.worked is None else now - self.worked
 
     def end(self) -> "_Death":
-        """Ends the process, and says what it died of if it had."""
+        """End the process. Return what it died of if it had."""
         code = self.popen.returncode
         resident_mb = 0.0
         if code is None:
@@ -222,7 +222,7 @@ class Pool:
         self.close()
 
     def close(self) -> None:
-        """Ends all processes, whatever they are doing."""
+        """End all processes, whatever they are doing."""
         while self._crew:
             self._crew.pop().end()
 
@@ -249,7 +249,7 @@ class Pool:
                 self._got_ready(worker, message)
 
     def _died_at_start(self, death: _Death) -> None:
-        """Counts it; raises EngineError if that was not the first or second time in turn."""
+        """Count it; raise EngineError if that was not the first or second time in turn."""
         self._starts += 1
         if self._starts >= STARTS:
             raise EngineError(f"a worker process could not start, {STARTS} times: {death.how}")
@@ -267,7 +267,8 @@ class Pool:
         worker.begin()
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
-        """An answer to each task, as they come; raises EngineError if no worker can be started.
+        """Yield an answer to each task, as they come; raise EngineError if no worker can be
+        started.
 
         A worker that dies is replaced, also while it starts. The scene at which it died is tried
         once more, and has an error for an answer if another worker dies at it; so has one that
@@ -294,7 +295,7 @@ class Pool:
         worker.send([task.message for task in batch])
 
     def _left(self, worker: _Worker) -> float:
-        """Seconds until it may be overdue: one thread works no more than the clock runs."""
+        """Return seconds until it may be overdue: one thread works no more than the clock runs."""
         waited = worker.waited()
         if not worker.ready:
             return START_SECONDS - waited
@@ -304,11 +305,11 @@ class Pool:
         return min(by_clock, max(LOOKED_SECONDS, self._settings.seconds - worker.busy()))
 
     def _patience(self) -> float:
-        """Seconds until the first of the workers may be overdue."""
+        """Return seconds until the first of the workers may be overdue."""
         return max(0.0, min(self._left(w) for w in self._crew if w.assigned or not w.ready))
 
     def _heard(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
-        """The answers that a worker has sent, all that there are."""
+        """Yield the answers that a worker has sent, all that there are."""
         try:
             while True:
                 message = worker.connection.recv_bytes()
@@ -361,7 +362,9 @@ class Pool:
                 self._replace(worker, waiting)
 
     def _limit_reached(self, worker: _Worker) -> str:
-        """The limit of time that a worker is beyond at its scene, in words; '' if there is none."""
+        """Return the limit of time that a worker is beyond at its scene, in words; '' if there is
+        none.
+        """
         settings, waited = self._settings, worker.waited()
         if not worker.ready or not worker.assigned or waited < settings.seconds:
             return ""
@@ -380,7 +383,8 @@ class Pool:
 
 
 def processor_seconds(pid: int) -> float | None:
-    """Seconds that a process has worked, all its threads together; None where nothing says it.
+    """Return seconds that a process has worked, all its threads together; None where nothing says
+    it.
 
     >>> (processor_seconds(os.getpid()) or 1.0) > 0.0
     True
@@ -394,7 +398,8 @@ def processor_seconds(pid: int) -> float | None:
 
 
 def queued_seconds(pid: int) -> float:
-    """Seconds that threads of a process could have worked, and no processor was free for them.
+    """Return seconds that threads of a process could have worked, and no processor was free for
+    them.
 
     0.0 where nothing says it.
 

@@ -1,4 +1,4 @@
-"""What a run spent where: by stage and by model, and which conditions could not be specialised."""
+"""Time of a run by stage and by model, and which conditions could not be specialised."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
@@ -28,7 +28,7 @@ class Profile:
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
-        """Adds what is done within to a stage."""
+        """Add what is done within to a stage."""
         start = process_time()
         try:
             yield
@@ -36,7 +36,7 @@ class Profile:
             self.stages[stage] += process_time() - start
 
     def add(self, verdicts: Iterable[BriefVerdict]) -> None:
-        """Counts a scene that was judged."""
+        """Count a scene that was judged."""
         self.scenes += 1
         for verdict in verdicts:
             self.costs[verdict.model] += verdict.cost
@@ -51,7 +51,7 @@ class Profile:
         return self
 
     def to_json(self) -> dict[str, Any]:
-        """All of it as plain data."""
+        """Return all of it as plain data."""
         models = {
             model: {
                 "conditions": conditions.count,
@@ -65,7 +65,7 @@ class Profile:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
-        """The profile of plain data that `to_json` made."""
+        """Return the profile of plain data that `to_json` made."""
         profile = cls(scenes=data["scenes"])
         profile.stages.update(data["stages"])
         conditions = {}
@@ -76,7 +76,7 @@ class Profile:
         return profile
 
     def lines(self) -> Iterator[str]:
-        """All of it as text: milliseconds and numbers are those of a scene."""
+        """Yield all of it as text: milliseconds and numbers are those of a scene."""
         scenes = max(1, self.scenes)
         spent = ", ".join(f"{s} {1e3 * self.stages[s] / scenes:.2f} ms" for s in STAGES)
         yield f"CPU time a scene: {spent} ({self.scenes} judged)"

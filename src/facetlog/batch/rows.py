@@ -64,7 +64,7 @@ class SizeRecord(_Record):
 
 
 class VerdictRecord(_Record):
-    """What one model says of one thing; without the thing if there was none to ask about."""
+    """Verdict of one model on one thing; `thing` is empty if there was none."""
 
     model: str
     thing: str
@@ -109,7 +109,8 @@ COLUMNS = tuple(RowRecord.model_fields)
 
 
 def row_from(data: object, source: str) -> Row:
-    """The row of somebody's data; raises InputError, with the source and the field, if it is none.
+    """Return the row of somebody's data; raise InputError, with the source and the field, if it is
+    none.
 
     Columns that facetlog does not know, as others may add to a table, are left out.
     """
@@ -126,7 +127,7 @@ def row_from(data: object, source: str) -> Row:
 
 
 def closest(row: Row) -> dict[str, Row]:
-    """Of each model the verdict on the thing that is nearest to it."""
+    """Return the best verdict of each model, by model."""
     best: dict[str, Row] = {}
     for verdict in row["verdicts"]:
         known = best.get(verdict["model"])
@@ -140,7 +141,8 @@ def _standing(verdict: Row) -> tuple[bool, float, float]:
 
 
 def sureness(verdict: Row) -> float:
-    """How sure it is that a verdict holds: its confidence, or the degree where there is none.
+    """Return the confidence of a verdict, or the degree where there is
+    none.
 
     >>> sureness({"degree": 1.0, "confidence": 0.7}), sureness({"degree": 1.0})
     (0.7, 1.0)
@@ -151,8 +153,8 @@ def sureness(verdict: Row) -> float:
 
 
 def run_out(row: Row) -> bool:
-    """Whether it ran out of time or memory: that depends on the machine, so that it may go well
-    another time.
+    """Return whether it ran out of time or memory: that depends on the machine, so that it may go
+    well another time.
 
     >>> run_out({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
     True

@@ -29,11 +29,11 @@ Progress = Callable[[int, int, int], None]
 
 
 class Workers(Protocol):
-    """Whatever answers tasks: processes here, or a cluster."""
+    """Workers that answer tasks: processes here, or a cluster."""
 
     @property
     def models_hash(self) -> str:
-        """Of the models that they ask."""
+        """Hash of the models."""
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -44,13 +44,13 @@ class Workers(Protocol):
         """Where their time went."""
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
-        """An answer to each task, as they come."""
+        """Return an answer to each task, as they come."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What a run is to do: its scenes in order, and where its rows go, if anywhere.
+    """Plan of a run: its scenes in order, and where its rows go, if anywhere.
 
     `resume` takes up what an earlier run to the same output left, but for scenes that ran out of
     time or memory, `overwrite` throws it away.
@@ -76,7 +76,7 @@ class Finished:
     seconds: float
 
     def rows(self) -> Iterator[Row]:
-        """The rows in the order in which the scenes were given, as often as wanted."""
+        """Return the rows in the order in which the scenes were given, as often as wanted."""
         return self.journal.rows(item.path for item in self.items)
 
 
@@ -110,10 +110,10 @@ def check_output(plan: Plan, inputs: Iterable[Path] = ()) -> None:
 def classified(
     plan: Plan, workers: Workers, progress: Progress | None = None
 ) -> Iterator[Finished]:
-    """The rows of all scenes of a plan, once the last one is there.
+    """Return the rows of all scenes of a plan, once the last one is there.
 
     The journal stays, whether something is raised or not: who has written the output removes it.
-    Raises InputError if the journal cannot be used or written.
+    Raise InputError if the journal cannot be used or written.
     """
     with ExitStack() as stack:
         journal = _journal(plan, workers.models_hash, stack)
@@ -157,7 +157,10 @@ def _journal(plan: Plan, models_hash: str, stack: ExitStack) -> Journal:
 
 
 def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal: Journal) -> None:
-    """The rows of an output that is there into the journal; InputError if it is of another run."""
+    """Copy the rows of an existing table into the journal.
+
+    Raise InputError if it is of another run.
+    """
     for row in read_rows(output):
         if row["models_hash"] != models_hash:
             raise InputError(f"{output}: was made by other models: give those, or --overwrite")
@@ -172,7 +175,7 @@ def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal
 
 
 def _take_over(plan: Plan, models_hash: str, journal: Journal) -> None:
-    """The rows of the older table that a run would only repeat into the journal."""
+    """Copy the rows of the older table that are still valid into the journal."""
     for item in plan.items:
         row = (plan.old or {}).get(plain_text(item.path))
         if row is None or item.path in journal or row["error"] is not None:

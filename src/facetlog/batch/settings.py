@@ -1,4 +1,4 @@
-"""What is to be classified and how: plain values that travel to workers as JSON."""
+"""Settings and items of a run: plain values that travel to workers as JSON."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -30,7 +30,7 @@ hangs must end."""
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What is the same for all scenes of a run: models, and how raw shapes are read.
+    """Settings of all scenes of a run: models, and how raw shapes are read.
 
     `up` is x, y, z, -x, -y, -z, a vector as 0,0.1,1, auto or none; `unit` m, cm, mm, in, ft or
     none; `sensor` the place x,y,z from which the points of clouds were seen, or none. With
@@ -68,21 +68,21 @@ class Settings:
 
     @property
     def clock_seconds(self) -> float:
-        """What one scene may take by the clock."""
+        """Wall-clock limit of one scene, seconds."""
         return CLOCK_TIMES * self.seconds
 
     def to_json(self) -> dict[str, Any]:
-        """The settings as plain data."""
+        """Return the settings as plain data."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
-        """The settings of plain data that `to_json` made."""
+        """Return the settings of plain data that `to_json` made."""
         return cls(**{**data, "models": tuple(data["models"])})
 
     @property
     def judged_as(self) -> str:
-        """How scenes are judged, beside the models: part of what makes results comparable."""
+        """Word for how scenes are judged: results with another one are not comparable."""
         return CRISP if self.crisp else "degrees"
 
 
@@ -106,11 +106,11 @@ class Item:
         return self.file or self.path
 
     def to_json(self) -> dict[str, Any]:
-        """The item as plain data, what is not given left out."""
+        """Return the item as plain data, what is not given left out."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
     def read_as(self, settings: Settings) -> str:
-        """How it is read and judged, as a row says it; scenes say themselves where up is.
+        """Return how it is read and judged, as a row says it; scenes say themselves where up is.
 
         >>> Item("a.ply", up="z").read_as(Settings())
         'up=z unit=none degrees'
@@ -126,7 +126,7 @@ class Item:
 
 
 def stated_options(read_as: str) -> tuple[str | None, str | None]:
-    """The options `up` and `unit` that a row's `read_as` states; None for those it does not.
+    """Return the options `up` and `unit` that a row's `read_as` states; None for those it does not.
 
     >>> stated_options("up=z unit=none degrees"), stated_options("degrees")
     (('z', 'none'), (None, None))
@@ -136,7 +136,7 @@ def stated_options(read_as: str) -> tuple[str | None, str | None]:
 
 
 def shape_options(item: Item, settings: Settings) -> ShapeOptions:
-    """How a shape is read that does not say itself where up is and what its lengths are."""
+    """Return how a shape is read that does not say itself where up is and what its lengths are."""
     up = item.up or settings.up
     unit = unit_from(item.unit or settings.unit)
     override = settings.override or bool(item.override)

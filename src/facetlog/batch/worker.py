@@ -17,7 +17,7 @@ from facetlog.errors import FacetlogError, RuleSyntaxError
 
 
 class Word(bytes, Enum):
-    """What a message of a worker is: the first byte of it."""
+    """First byte of a worker's message: its kind."""
 
     READY = b"="
     """The engine is open: the hash of its models, and their names."""
@@ -39,7 +39,7 @@ class Word(bytes, Enum):
 
 
 def main() -> None:
-    """Serves until the other side goes away."""
+    """Serve until the other side goes away."""
     connection = Connection(os.dup(0))
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(connection, messages), daemon=True).start()
@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def _listen(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
-    """Takes in what comes; when the other side is gone, ends the process whatever it does."""
+    """Take in what comes; when the other side is gone, end the process whatever it does."""
     try:
         while True:
             messages.put(json.loads(connection.recv_bytes()))

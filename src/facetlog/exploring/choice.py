@@ -30,8 +30,9 @@ CORNER_SD_PX = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Promise:
-    """What a view may do: the probability `mass` of verdicts that it may turn, and of what lacks
-    the shares (0..1) of the thing that counts most: missing sides, unseen space, corners' spread.
+    """Expected gain of a view: the probability `mass` of verdicts that it may turn, and of what
+    lacks the shares (0..1) of the thing that counts most: missing sides, unseen space, corners'
+    spread.
     """
 
     mass: float
@@ -41,7 +42,7 @@ class Promise:
 
     @property
     def reason(self) -> str:
-        """What of it would show, in words."""
+        """The new information of the view in words."""
         parts = [
             f"{share:.0%} of {what}"
             for share, what in (
@@ -60,7 +61,7 @@ LEAST_SAID = 0.005
 
 
 class Promises:
-    """What views promise where `needs` are left after views from `places`, in their order."""
+    """Expected gains of views where `needs` are left after views from `places`, in order."""
 
     def __init__(self, needs: Needs, camera: Camera, places: Sequence[FloatArray]) -> None:
         self._camera = camera
@@ -70,7 +71,9 @@ class Promises:
         self._open = needs.open
 
     def of(self, pose: Pose, pose_cov: FloatArray | None = None) -> Promise:
-        """What a view from a pose promises; `pose_cov` (6, 6) is how sure the pose would be."""
+        """Return what a view from a pose promises; `pose_cov` (6, 6) is how sure the pose
+        would be.
+        """
         shares: dict[str, tuple[float, float, float]] = {}
         masses: dict[str, float] = {}
         for each in self._open:
@@ -93,8 +96,8 @@ class Promises:
 
 
 def _crossing(doubt: float, shrunk: float) -> float:
-    """The chance that an estimate crosses a limit, beyond which the truth lies with the probability
-    `doubt` (at most 1/2), when its standard deviation shrinks by a share.
+    """Return the chance that an estimate crosses a limit, beyond which the truth lies with the
+    probability `doubt` (at most 1/2), when its standard deviation shrinks by a share.
 
     >>> [round(_crossing(0.25, shrunk), 3) for shrunk in (0.0, 0.03, 0.3, 1.0)]
     [0.0, 0.003, 0.172, 0.25]
@@ -113,12 +116,14 @@ class _Seen:
         self._sides = Sides(thing.middle, thing.normals, places)
 
     def new(self, place: FloatArray) -> float:
-        """How new a look from a place is beside those before, 0..1."""
+        """Return how new a look from a place is beside those before, 0..1."""
         towards = units(place - self._thing.middle)
         return float(_new(towards[None, None], self._sides.towards[None])[0])
 
     def shown(self, place: FloatArray) -> tuple[float, float]:
-        """The shares of missing sides and of unseen space that a view from there would show."""
+        """Return the shares of missing sides and of unseen space that a view from there
+        would show.
+        """
         sides = self.new(place) * self._sides.shown_from(place)
         space = 0.0
         unseen = self._thing.space
@@ -132,7 +137,7 @@ class _Seen:
         return sides, space
 
     def surer(self, camera: Camera, pose: Pose, pose_cov: FloatArray | None) -> float:
-        """By what share the sds of the corners that show would shrink, on average of all.
+        """Return the share by which the sds of visible corners would shrink, averaged over all.
 
         From beside an earlier place a corner is off in the same way as before: that counts less.
         """
@@ -176,8 +181,8 @@ _NEAR = math.cos(math.radians(NEAR_DEG))
 
 
 def _new(towards: FloatArray, before: FloatArray) -> FloatArray:
-    """How new looks (n, 1, 3) are beside earlier ones (n, v, 3), 0 from the same direction, 1 from
-    45 degrees on: by the chord, which parallax grows with.
+    """Return how new looks (n, 1, 3) are beside earlier ones (n, v, 3), 0 from the same direction,
+    1 from 45 degrees on: by the chord, which parallax grows with.
     """
     if not before.shape[1]:
         first: FloatArray = np.ones(len(towards))
@@ -209,7 +214,7 @@ class Choice:
 
     @property
     def undecided(self) -> str:
-        """What may turn, in words, first what most likely does."""
+        """Undecided verdicts in words, the most likely to turn first."""
         return undecided(self.needs)
 
     @property
@@ -223,7 +228,7 @@ class Choice:
 
 
 def undecided(needs: Needs) -> str:
-    """What may turn, in words, first what most likely does."""
+    """Return the undecided verdicts in words, the most likely to turn first."""
     ranked = sorted(needs.open, key=lambda each: -round(each.mass, DIGITS))
     named = [f"{e.model} ({e.mass:.0%})" if e.model else "what is there" for e in ranked]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
@@ -239,8 +244,8 @@ def choose(
     *,
     least: float = LEAST_TURNED,
 ) -> Choice | None:
-    """The view with the largest promise per second after views from `places`; of equal ones the
-    first. None if none may turn `least` of a verdict.
+    """Return the view with the largest promise per second after views from `places`; of equal ones
+    the first. None if none may turn `least` of a verdict.
 
     `pose_cov` (6, 6) is that of the last view's pose: the next one's is hardly better.
     """
@@ -260,8 +265,8 @@ def choose(
 def beginning(
     candidates: Sequence[Candidate], target: FloatArray, places: Sequence[FloatArray]
 ) -> Candidate | None:
-    """The nearest in time of those that lie a step on a ring from every earlier view: the first
-    views are neighbours, whose pictures have faces in common.
+    """Return the nearest in time of those that lie a step on a ring from every earlier view: the
+    first views are neighbours, whose pictures have faces in common.
     """
     angles = [bearing(target, place) for place in places]
     free = [

@@ -138,8 +138,8 @@ class Explorer:
         return Chosen(first.stop, line, (f"next {first.stop.view.name}: {why}",))
 
     def _asked(self, needs: Needs) -> Needs:
-        """What is open of what is asked: all while no name leads, whatever the goal, for a view
-        that shows what the thing is shows also whether it is that.
+        """Return what is open of what is asked: all while no name leads, whatever the goal, for a
+        view that shows what the thing is shows also whether it is that.
         """
         if needs.lead is None:
             return needs
@@ -151,14 +151,16 @@ class Explorer:
         return self._goal is not None and self._goal.met_by(_degree(needs, self._goal))
 
     def _is_settled(self, needs: Needs) -> bool:
-        """Whether the name that leads is the one that is wanted, and hardly any other may."""
+        """Return whether the name that leads is the one that is wanted, and hardly any
+        other may.
+        """
         if self._goal is None:
             return needs.overtaken <= UNSETTLED
         return self.reached and self._goal.met_by(1.0 - needs.overtaken)
 
     def _holds(self, needs: Needs) -> str:
-        """To which degree the goal's model holds, and which was wanted; without a goal that of the
-        name that leads.
+        """Return to which degree the goal's model holds, and which was wanted; without a goal that
+        of the name that leads.
         """
         if self._goal is None:
             lead = needs.lead
@@ -207,7 +209,7 @@ def _words(choice: Choice) -> tuple[str, ...]:
 
 
 def _among(choice: Choice) -> list[list[float]]:
-    """Of each candidate the pinhole's place (m), the mass it may turn, seconds, and whether it was
+    """Return, for each candidate, the pinhole's place (m), its mass, seconds, and whether it was
     chosen (1).
     """
     return [

@@ -1,4 +1,4 @@
-"""What is undecided of the thing at a target, and what of it was not seen or is poorly known.
+"""Open questions about the thing at a target: verdicts that are undecided, and why.
 
 A verdict turns by what was not seen, by an error of measurement, or because what nobody looked at
 was taken to be as what was seen: a box is full behind the sides that show.
@@ -30,7 +30,7 @@ CONTRADICTED = 0.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Interest:
-    """What is asked of: the thing that stands at `target` (3,), or nearest to it within `radius`
+    """Object of interest: the thing that stands at `target` (3,), or nearest to it within `radius`
     (m), after looks from `places` (v, 3).
     """
 
@@ -40,8 +40,8 @@ class Interest:
 
 
 class Lack(Enum):
-    """What would settle a condition that is open: views of sides, looks into space, or corners that
-    are better known.
+    """Missing information that would settle an open condition: views of sides, looks into space, or
+    corners that are better known.
     """
 
     SIDES = "sides"
@@ -87,14 +87,14 @@ class Lead:
     general: tuple[str, ...] = ()
 
     def degree_of(self, model: str) -> float:
-        """To which degree the thing is that, 0 where it is something else first."""
+        """Return to which degree the thing is that, 0 where it is something else first."""
         leads = model == self.model or model in self.general
         return self.degrees.get(model, 0.0) if leads else 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SeenThing:
-    """What is known of a thing: its `middle` (3,), the `corners` (n, 3) of its faces with `covs`
+    """A thing as known so far: its `middle` (3,), the `corners` (n, 3) of its faces with `covs`
     (n, 3, 3), the outward normals `facing` (n, m, 3) of the faces of each, rows of zeros for none,
     the `normals` (k, 3) of faces that nobody measured, and what is unseen of its space.
     """
@@ -110,7 +110,7 @@ class SeenThing:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Needs:
-    """What is open, of which things, and which name leads, if one does."""
+    """Open questions, the things they are about, and the leading name, if any."""
 
     open: tuple[Open, ...]
     things: tuple[SeenThing, ...]
@@ -118,32 +118,34 @@ class Needs:
 
     @classmethod
     def of_nothing(cls, target: FloatArray) -> "Needs":
-        """Where no thing was found yet, all of the target is open."""
+        """Return the needs before any thing was found: all of the target is open."""
         none = np.zeros((0, 3))
         thing = SeenThing("", target, none, np.zeros((0, 3, 3)), np.zeros((0, 1, 3)), none, None)
         return cls((Open("", "", 1.0),), (thing,))
 
     @property
     def mass(self) -> float:
-        """How many verdicts may turn, as the sum of their probabilities."""
+        """Expected number of verdicts that turn: the sum of their probabilities."""
         return sum(each.mass for each in self.open)
 
     def asked_of(self, model: str) -> "Needs":
-        """What may make a model's verdict another: its own, and that of the name that leads."""
+        """Return what may make a model's verdict another: its own, and that of the name
+        that leads.
+        """
         lead = None if self.lead is None else (self.lead.thing, self.lead.model)
         found = [e for e in self.open if e.model in {model, ""} or (e.thing, e.model) == lead]
         return Needs(tuple(found), self.things, self.lead)
 
     def of_rivals(self) -> "Needs":
-        """What may topple the name that leads: one that is open counts as far as it is likely to
-        take its place, not as far as it is undecided.
+        """Return what may topple the name that leads: one that is open counts as far as it is
+        likely to take its place, not as far as it is undecided.
         """
         found = (replace(e, unseen=min(e.unseen, e.likely)) for e in self.open)
         left = tuple(each for each in found if each.mass >= LEAST_TURNED)
         return Needs(left, self.things, self.lead)
 
     def contradicted(self) -> "Needs":
-        """The same where the views before the last one ruled out the name that leads: of two
+        """Return the same where the views before the last one ruled out the name that leads: of two
         verdicts that contradict one another either may be wrong, and the last is no better.
         """
         if self.lead is None:
@@ -156,7 +158,7 @@ class Needs:
 
     @property
     def overtaken(self) -> float:
-        """How probably another name would lead, were all seen that was not, 0..1."""
+        """Probability that another name would lead if everything had been seen, 0..1."""
         if self.lead is None:
             return 1.0
         lead, chance = self.lead, 0.0
@@ -171,7 +173,7 @@ class Needs:
 
 
 def needs_of(scene: Scene, found: "Recognition", interest: Interest) -> Needs:
-    """What is open of the thing at the target."""
+    """Return what is open of the thing at the target."""
     things = tuple(_things(scene, interest))
     names = {thing.name for thing in things}
     asked = [v for v in found.verdicts if v.thing in names]
@@ -219,7 +221,7 @@ def _open(verdicts: "Sequence[Verdict]", lacks: dict[str, float]) -> Iterator[Op
 
 
 def _lack(condition: "Condition") -> Lack:
-    """What the step that leaves a condition open says that it lacks."""
+    """Return what the step that leaves a condition open says that it lacks."""
     from facetlog.kb.explaining.proof import Comparison
     from facetlog.kb.explaining.reasons import reason
 
@@ -233,7 +235,8 @@ def _lack(condition: "Condition") -> Lack:
 
 
 def _doubt(verdict: "Verdict") -> float:
-    """The probability that the true values are beyond the nearest limit that turns the verdict.
+    """Return the probability that the true values are beyond the nearest limit that turns the
+    verdict.
 
     A degree is less than 1 also where a tolerance is soft, or where something that is expected is
     not there: no view changes that.

@@ -19,8 +19,8 @@ GRAZING = math.cos(math.radians(GRAZING_DEG))
 
 @dataclass(frozen=True, eq=False, slots=False)
 class Sides:
-    """Of a thing with its `middle` (3,) and `normals` (k, 3) of faces that nobody measured, after
-    looks from `places` (v, 3).
+    """Sides of a thing with its `middle` (3,) and `normals` (k, 3) of faces that nobody measured,
+    after looks from `places` (v, 3).
     """
 
     middle: FloatArray
@@ -44,7 +44,7 @@ class Sides:
 
     @cached_property
     def lacking(self) -> FloatArray:
-        """How much of the views that a face needs each side lacks (s,), 0..1."""
+        """Share of the views a face needs that each side lacks (s,), 0..1."""
         looks = (self.facing @ self.towards.T > GRAZING).sum(axis=1)
         lacking: FloatArray = np.maximum(FEWEST_VIEWS - looks, 0) / FEWEST_VIEWS
         return lacking
@@ -55,13 +55,13 @@ class Sides:
         return float(self.lacking.mean())
 
     def shown_from(self, place: FloatArray) -> float:
-        """The share of what lacks that one more view from a place (3,) would show, 0..1."""
+        """Return the share of what lacks that one more view from a place (3,) would show, 0..1."""
         before = (self.facing @ units(place - self.middle) > GRAZING) & (self.lacking > 0)
         total = float(self.lacking.sum())
         return float(before.sum()) / FEWEST_VIEWS / total if total else 0.0
 
 
 def units(steps: FloatArray) -> FloatArray:
-    """Steps (..., 3) as unit vectors."""
+    """Return steps (..., 3) as unit vectors."""
     found: FloatArray = steps / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-12)
     return found

@@ -1,4 +1,4 @@
-"""How often sonars' beams passed each cell of a floor, and how often they ended in it.
+"""Counts of sonar beams that passed each cell of a floor, and that ended in it.
 
 A beam is some 30 degrees wide, and what it met is somewhere on its arc: where most of the beams
 that came to a cell ended, something is; where most of them passed, nothing is of their height.
@@ -39,7 +39,7 @@ class BeamCounts:
         return np.asarray(self.passes > self.hits)
 
     def add(self, beam: Beam) -> None:
-        """Counts a beam where it passed, and where it ended."""
+        """Count a beam where it passed, and where it ended."""
         count = max(2, math.ceil(2 * HALF_BEAM * beam.range / self._side))
         ring = sector(beam, count)
         # OpenCV's pixels are at whole numbers: a cell's middle is one.
@@ -55,7 +55,7 @@ class BeamCounts:
 
 
 def sector(beam: Beam, count: int) -> FloatArray:
-    """Where a beam begins, and so many places of the arc on which it ends (count + 1, 2)."""
+    """Return where a beam begins, and so many places of the arc on which it ends (count + 1, 2)."""
     angles = beam.heading + np.linspace(-HALF_BEAM, HALF_BEAM, count)
     begin = np.array([beam.x, beam.y])
     arc = beam.range * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -35,7 +35,7 @@ FEW = 5
 
 
 class Cell(IntEnum):
-    """What is known of a cell."""
+    """State of a cell."""
 
     UNSEEN = 0
     PASSED = 1
@@ -46,7 +46,7 @@ class Cell(IntEnum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Seen:
-    """What a map's floor is made from, in the world, metres.
+    """Observations that a map's floor is made from, in the world, metres.
 
     `lattices` are points of the ground and which views show them; `way` are the robot's places, of
     a circle of `radius`; `plans` are those of things; `beams` those of sonars.
@@ -71,7 +71,7 @@ class FloorGrid:
     side: float
 
     def area(self, state: Cell) -> float:
-        """How much floor is in a state, m²."""
+        """Return how much floor is in a state, m²."""
         return float((self.cells == state).sum()) * self.side**2
 
     @property
@@ -89,7 +89,7 @@ class FloorGrid:
         return np.stack(np.meshgrid(x, y), axis=-1)
 
     def at(self, x: float, y: float) -> Cell:
-        """The state of a place; unseen outside of the grid."""
+        """Return the state of a place; unseen outside of the grid."""
         column, row = (
             math.floor((v - o) / self.side) for v, o in zip((x, y), self.low, strict=True)
         )
@@ -125,7 +125,7 @@ def floor_grid(seen: Seen, side: float = RESOLUTION) -> FloorGrid:
 
 
 def shown_points(lattice: SeenLattice, side: float) -> FloatArray:
-    """Points (n, 2) of the floor that are shown, as dense as cells ask for."""
+    """Return points (n, 2) of the floor that are shown, as dense as cells ask for."""
     shown = lattice.shown.any(axis=0)
     at = np.argwhere(shown)
     pitch = float(np.linalg.norm(lattice.steps[0]))
@@ -139,7 +139,7 @@ def shown_points(lattice: SeenLattice, side: float) -> FloatArray:
 
 
 def _extent(seen: Seen, points: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """The lowest and highest corner (2,) of all that is known."""
+    """Return the lowest and highest corner (2,) of all that is known."""
     boxes = [(*p.min(axis=0), *p.max(axis=0)) for p in points if len(p)]
     boxes += [shapely.bounds(plan) for plan in seen.plans]
     boxes += [
@@ -162,7 +162,7 @@ class _Canvas:
         self._low, self._side, self._shape = low, side, shape
 
     def holding(self, points: FloatArray) -> NDArray[np.bool_]:
-        """The cells in which at least one of the points (n, 2) lies."""
+        """Return the cells in which at least one of the points (n, 2) lies."""
         found = np.zeros(self._shape, np.bool_)
         column, row = np.floor((points - self._low) / self._side).astype(int).T
         inside = (row >= 0) & (row < self._shape[0]) & (column >= 0) & (column < self._shape[1])
@@ -170,7 +170,7 @@ class _Canvas:
         return found
 
     def bodies(self, way: Sequence[Pose2], radius: float) -> NDArray[np.bool_]:
-        """Where the robot's body was."""
+        """Return where the robot's body was."""
         if not way or radius <= 0.0:
             return np.zeros(self._shape, np.bool_)
         line = [(p.x, p.y) for p in way]
@@ -182,7 +182,7 @@ class _Canvas:
     def filled(
         self, shapes: Sequence[shapely.Geometry], *, touched: bool = True
     ) -> NDArray[np.bool_]:
-        """The cells that shapes touch, or else whose middles they hold."""
+        """Return the cells that shapes touch, or else whose middles they hold."""
         found = np.zeros(self._shape, np.bool_)
         for shape in shapes:
             low_x, low_y, high_x, high_y = shapely.bounds(shape)

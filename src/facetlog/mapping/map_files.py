@@ -37,7 +37,7 @@ SUNK = 0.002
 
 
 def write_map(room: "RoomMap", folder: Path) -> None:
-    """Writes a map in all its forms into a folder; InputError where that cannot be written to."""
+    """Write a map in all its forms into a folder; InputError where that cannot be written to."""
     for name, content in _contents(room):
         write_whole(folder / name, content)
 
@@ -52,7 +52,7 @@ def _contents(room: "RoomMap") -> Iterator[tuple[str, bytes]]:
 
 
 def pgm_bytes(floor: FloorGrid) -> bytes:
-    """The picture in Netpbm's binary form (P5), one byte a cell."""
+    """Return the picture in Netpbm's binary form (P5), one byte a cell."""
     import numpy as np
 
     greys = np.zeros(len(Cell), np.uint8)
@@ -65,7 +65,7 @@ def pgm_bytes(floor: FloorGrid) -> bytes:
 
 
 def yaml_text(floor: FloorGrid, picture: str = PGM_FILE) -> str:
-    """What says how to read the picture of that name beside it."""
+    """Return what says how to read the picture of that name beside it."""
     x, y = (round(value, 9) for value in floor.low)
     return (
         f"image: {picture}\n"
@@ -79,7 +79,7 @@ def yaml_text(floor: FloorGrid, picture: str = PGM_FILE) -> str:
 
 
 def map_glb(room: "RoomMap") -> bytes | None:
-    """The map as binary glTF, a node for each thing (named as in the map) and kind of floor.
+    """Return the map as binary glTF, a node for each thing (named as in the map) and kind of floor.
 
     None of a map on which there is neither.
     """
@@ -102,7 +102,7 @@ def map_glb(room: "RoomMap") -> bytes | None:
 
 
 def _floor(floor: FloorGrid, state: Cell) -> trimesh.Trimesh | None:
-    """Rectangles for the runs of cells in a state along x."""
+    """Return rectangles for the runs of cells in a state along x."""
     chosen = np.pad(floor.cells == state, ((0, 0), (1, 1))).astype(np.int8)
     steps = np.diff(chosen, axis=1)
     (rows, first), (_, last) = np.nonzero(steps == 1), np.nonzero(steps == -1)
@@ -124,7 +124,7 @@ def _floor(floor: FloorGrid, state: Cell) -> trimesh.Trimesh | None:
 
 
 def _solid(thing: MappedThing) -> trimesh.Trimesh:
-    """The faces that were seen, filled; without any the box round it."""
+    """Return the faces that were seen, filled; without any the box round it."""
     corners = thing.best.triangles.reshape(-1, 3)
     if len(corners):
         return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)

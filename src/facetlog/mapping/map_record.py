@@ -77,7 +77,7 @@ class SightingRecord(_Record):
 
 
 class EarlierRecord(_Record):
-    """Where a thing stood before it was moved, and in which visit that was seen. `off` is how far
+    """Place of a thing before it was moved, and the visit that saw it there. `off` is how far
     from there it stood next, metres.
     """
 
@@ -131,7 +131,7 @@ class MapRecord(_Record):
 
 
 def map_json(room: "RoomMap") -> str:
-    """The map as one JSON object."""
+    """Return the map as one JSON object."""
     record = MapRecord(
         schema="facetlog-map/1",
         visits=room.visits,

@@ -27,7 +27,7 @@ GROUND = RESOLUTION
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Looks:
-    """What was looked at when: lattices of the ground, each with the times of its views (seconds
+    """Observed floor with times: lattices of the ground, each with the times of its views (seconds
     since 1970), and sonars' beams.
     """
 
@@ -44,14 +44,14 @@ class Moved:
 
     @property
     def off(self) -> float:
-        """By how much, m."""
+        """Distance moved, m."""
         return float(np.hypot(*(self.now.best.pose - self.before.best.pose)[:2]))
 
 
 def without_moved(
     things: Sequence[MappedThing], looks: Looks
 ) -> tuple[tuple[MappedThing, ...], tuple[Moved, ...]]:
-    """The things of a map where they stand now, and which of them stood elsewhere before.
+    """Return the things of a map where they stand now, and which of them stood elsewhere before.
 
     One that was moved has the sightings of where it stood, too; one that was moved often stood at
     its places in the order in which they are returned. It has the same name and size at
@@ -91,15 +91,16 @@ def _end(thing: MappedThing) -> float:
 
 
 def _may_be_moved(before: MappedThing, now: MappedThing) -> bool:
-    """Whether the second may be the first, later."""
+    """Return whether the second may be the first, later."""
     if not before.model or before.model != now.model:
         return False
     return 0.0 < _end(before) < _begin(now) and alike(before.best, now.best)
 
 
 def _is_gone(before: PlacedThing, now: PlacedThing, looks: Looks, since: float) -> bool:
-    """Whether the floor is free since then on which a thing stood, wherever by its uncertainty: for
-    what was looked at since that is how the later estimate of its place is off against the earlier.
+    """Return whether the floor is free since then on which a thing stood, wherever by its
+    uncertainty: for what was looked at since that is how the later estimate of its place is off
+    against the earlier.
     """
     foot = _foot(before)
     if not len(foot):
@@ -131,8 +132,8 @@ def _is_gone(before: PlacedThing, now: PlacedThing, looks: Looks, since: float) 
 
 
 def _foot(thing: PlacedThing) -> FloatArray:
-    """Points (n, 2), no farther apart than cells, of the edges on which it stands on the ground;
-    none of what hangs, or whose lower part nobody saw.
+    """Return points (n, 2), no farther apart than cells, of the edges on which it stands on the
+    ground; none of what hangs, or whose lower part nobody saw.
     """
     if thing.low > GROUND:
         return np.zeros((0, 2))
@@ -146,7 +147,7 @@ def _foot(thing: PlacedThing) -> FloatArray:
 
 
 def _shown_since(looks: Looks, since: float) -> Iterable[FloatArray]:
-    """Points (n, 2) of the ground that views show which were taken since then."""
+    """Yield points (n, 2) of the ground that views show which were taken since then."""
     for lattice, times in looks.lattices:
         later = np.array(times) > since
         if later.any():

@@ -108,7 +108,7 @@ def placed_things(
     poses: Sequence[Pose] = (),
     covariances: FloatArray | None = None,
 ) -> tuple[PlacedThing, ...]:
-    """The scene's things that have an extent; the world's z is up, its floor at 0.
+    """Return the scene's things that have an extent; the world's z is up, its floor at 0.
 
     `poses` and `covariances` (V, 6, 6) are those of the views as the robot stated them; without
     them poses count as exact.
@@ -164,7 +164,9 @@ def _placed(
 
 
 def _level_sides(scene: Scene, thing: Thing) -> NDArray[np.intp]:
-    """The ends (m, 2) of the level sides of a thing's faces, as the scene's vertices, each once."""
+    """Return the ends (m, 2) of the level sides of a thing's faces, as the scene's vertices, each
+    once.
+    """
     points = scene.points
     found = set()
     for index in thing.faces:
@@ -179,8 +181,8 @@ def _level_sides(scene: Scene, thing: Thing) -> NDArray[np.intp]:
 def pose_covariance_at(
     place: FloatArray, poses: Sequence[Pose], covariances: FloatArray
 ) -> FloatArray:
-    """The covariance (3, 3) of x, y and heading of what is at a place (3,) in a view's own frame,
-    by the pose of the view that is surest of it; zero without views.
+    """Return the covariance (3, 3) of x, y and heading of what is at a place (3,) in a view's own
+    frame, by the pose of the view that is surest of it; zero without views.
 
     A turn ω about the camera's centre c moves the place p by ω × (p - c).
     """

@@ -53,7 +53,7 @@ class PlanBox:
 
 
 def plan_box(points: FloatArray, covs: FloatArray, sides: Rows) -> PlanBox | None:
-    """The rectangle round points (n, 2) of the floor with covariances (n, 2, 2), which are
+    """Return the rectangle round points (n, 2) of the floor with covariances (n, 2, 2), which are
     independent; `sides` (m, 2) are the ends of the thing's level sides. None round one place.
 
     Without sides its direction is that of the two points that are farthest apart.
@@ -89,8 +89,8 @@ def plan_box(points: FloatArray, covs: FloatArray, sides: Rows) -> PlanBox | Non
 
 
 def _dominant(points: FloatArray, covs: FloatArray, sides: Rows) -> tuple[Rows, FloatArray]:
-    """The sides that have the direction of the most of them, or are square to it, the longest
-    first, and how much each counts.
+    """Return the sides that have the direction of the most of them, or are square to it, the
+    longest first, and how much each counts.
     """
     steps = points[sides[:, 1]] - points[sides[:, 0]]
     lengths = np.linalg.norm(steps, axis=1)
@@ -110,7 +110,7 @@ def _dominant(points: FloatArray, covs: FloatArray, sides: Rows) -> tuple[Rows, 
 
 
 def _to_quarter(angles: FloatArray) -> FloatArray:
-    """Angles to the nearest multiple of a quarter turn, in [-π/4, π/4]."""
+    """Return angles to the nearest multiple of a quarter turn, in [-π/4, π/4]."""
     turned: FloatArray = angles - QUARTER_TURN * np.round(angles / QUARTER_TURN)
     return turned
 
@@ -122,7 +122,7 @@ def _angle(points: FloatArray, sides: Rows) -> FloatArray:
 
 
 def _heading(points: FloatArray, sides: Rows, weights: FloatArray, reference: float) -> float:
-    """The weighted mean of the sides' directions, near a reference that is one of them."""
+    """Return the weighted mean of the sides' directions, near a reference that is one of them."""
     off = _to_quarter(_angle(points, sides) - reference)
     return reference + float(off @ weights / weights.sum())
 
@@ -132,7 +132,7 @@ def _unit(angle: float) -> FloatArray:
 
 
 def _outermost(points: FloatArray, covs: FloatArray, axis: FloatArray) -> tuple[int, int]:
-    """The points (indices) that surely reach farthest, against an axis (2,) and along it."""
+    """Return the points (indices) that surely reach farthest, against an axis (2,) and along it."""
     along = points @ axis
     sds = np.sqrt(np.maximum(np.einsum("i,nij,j->n", axis, covs, axis), 0.0))
     return int(np.argmin(along + ALIKE_SDS * sds)), int(np.argmax(along - ALIKE_SDS * sds))
@@ -145,8 +145,8 @@ def _rectangle(
     reference: float,
     outermost: tuple[int, int, int, int],
 ) -> FloatArray:
-    """x, y, heading, length, width; `outermost` are points along the direction, both ways, and
-    across it. Neither side is known to be the longer one.
+    """Return x, y, heading, length, width; `outermost` are points along the direction, both ways,
+    and across it. Neither side is known to be the longer one.
     """
     heading = _heading(points, sides, weights, reference)
     along, across = _unit(heading), _unit(heading + QUARTER_TURN)
@@ -169,6 +169,6 @@ def _within_half_turn(heading: float) -> float:
 
 
 def _derivatives(of: Callable[[FloatArray], FloatArray], at: FloatArray, step: float) -> FloatArray:
-    """The Jacobian (5, k) at a point (k,), by central differences."""
+    """Return the Jacobian (5, k) at a point (k,), by central differences."""
     moves = step * np.eye(len(at))
     return np.stack([(of(at + m) - of(at - m)) / (2 * step) for m in moves], axis=1)

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _ScenePart:
-    """What one scene gives to a map: its things in the world, the ground that it shows, and when
-    the views of each lattice were taken, where that is known (seconds since 1970).
+    """Contribution of one scene to a map: its things in the world, the ground that it shows, and
+    when the views of each lattice were taken, where that is known (seconds since 1970).
     """
 
     things: tuple[PlacedThing, ...]
@@ -59,7 +59,8 @@ def map_of(
     aligned: bool = False,
     progress: "Progress | None" = None,
 ) -> RoomMap:
-    """The map of what collections' folders hold; `side` is that of a cell of the floor, metres.
+    """Return the map of what collections' folders hold; `side` is that of a cell of the floor,
+    metres.
 
     With `aligned` their worlds count as one though nobody said so. InputError for a folder that is
     no collection's, or where worlds are not known to be one.
@@ -149,7 +150,7 @@ def _visit(folder: Path) -> Visit:
 
 
 def _names(visits: Sequence[Visit]) -> list[str]:
-    """The folders' names; of equal ones the whole paths."""
+    """Return the folders' names; of equal ones the whole paths."""
     names = [visit.name for visit in visits]
     return [
         str(visit.folder) if names.count(name) > 1 else name

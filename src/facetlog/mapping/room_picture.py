@@ -82,7 +82,7 @@ class _Sheet:
 
 
 def map_png(room: "RoomMap") -> bytes:
-    """The map as PNG; x to the right, y up, in the colours that its legend names."""
+    """Return the map as PNG; x to the right, y up, in the colours that its legend names."""
     entries = _entries(room)
     across = LEAST_PX if room.floor.cells.shape[0] > room.floor.cells.shape[1] else LONGER_PX
     lines = _lines(entries, across)
@@ -110,7 +110,7 @@ def map_png(room: "RoomMap") -> bytes:
 
 
 def _entries(room: "RoomMap") -> list[tuple[str, Colour]]:
-    """The legend: words, and the colour that they explain."""
+    """Return the legend: words, and the colour that they explain."""
     floor = room.floor
     areas = [(floor.area(state), SAID[state], FLOOR[state]) for state in SAID]
     found = [
@@ -136,7 +136,7 @@ def _entries(room: "RoomMap") -> list[tuple[str, Colour]]:
 
 
 def _lines(entries: list[tuple[str, Colour]], across_px: int) -> list[tuple[int, int]]:
-    """The line of each entry of the legend, and how far from the left it begins, pixels."""
+    """Return the line of each entry of the legend, and how far from the left it begins, pixels."""
     places = []
     line = left = 0
     for text, _ in entries:
@@ -149,7 +149,7 @@ def _lines(entries: list[tuple[str, Colour]], across_px: int) -> list[tuple[int,
 
 
 def _grid(sheet: _Sheet, floor: FloorGrid) -> None:
-    """Lines at every half metre (of large floors fewer), their coordinates at the rim."""
+    """Draw lines at every half metre (fewer on large floors), with coordinates at the rim."""
     (low_x, low_y), (high_x, high_y) = floor.low, floor.high
     step = 0.5 * max(1, math.ceil(max(high_x - low_x, high_y - low_y) / 6))
     bottom, left = sheet.top_px + sheet.height, MARGIN_PX
@@ -197,7 +197,7 @@ def _moved(sheet: _Sheet, moved: "Moved") -> None:
 
 
 def _words(sheet: _Sheet, room: "RoomMap") -> None:
-    """What each thing is, beside it, clear of one another and of things and views."""
+    """Write each thing's label beside it, clear of the others and of things and views."""
     anchors: list[tuple[float, float]] = []
     texts: list[str] = []
     drawn: list[Box] = []
@@ -224,13 +224,13 @@ def _words(sheet: _Sheet, room: "RoomMap") -> None:
 
 
 def _box(sheet: _Sheet, thing: MappedThing) -> Box:
-    """Round the outline of a thing, pixels."""
+    """Return the box round the outline of a thing, pixels."""
     pixels = sheet.pixels(thing.best.outline).reshape(-1, 2)
     (left, top), (right, bottom) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
     return Box(left, top, right - left, bottom - top)
 
 
 def _size(text: str, size: float) -> tuple[int, int]:
-    """Width and height of words, pixels."""
+    """Return width and height of words, pixels."""
     (width, height), _ = cv2.getTextSize(text, FONT, size, 1)
     return width, height

@@ -43,7 +43,7 @@ class MappedThing:
 
     @property
     def label(self) -> str:
-        """What is written beside it: its name in the map, what it is and how sure that is."""
+        """Text beside it: its name in the map, its model and how sure that is."""
         first = self.best.said[:1]
         return " ".join((self.name, *(f"{said.model} {said.sure:.0%}" for said in first)))
 
@@ -63,14 +63,14 @@ class Clash:
 
 
 def distance(one: PlacedThing, other: PlacedThing) -> float:
-    """The Mahalanobis distance of two things' poses (x, y, heading), with their headings as near
-    as what looks the same allows.
+    """Return the Mahalanobis distance of two things' poses (x, y, heading), with their headings as
+    near as what looks the same allows.
     """
     return _distance(_apart(one, other), cov_between(one, other))
 
 
 def cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
-    """The covariance (3, 3) of how far two estimates of one thing's pose are apart.
+    """Return the covariance (3, 3) of how far two estimates of one thing's pose are apart.
 
     Those of two visits are independent, or else nearer: errors that both have in common are counted
     twice. Within a visit where the robot was is off by what it had driven: the later estimate is
@@ -90,7 +90,7 @@ def cov_between(one: PlacedThing, other: PlacedThing) -> FloatArray:
 def merged(
     things: Iterable[PlacedThing],
 ) -> tuple[tuple[MappedThing, ...], tuple[Clash, ...]]:
-    """Each thing once, in the order of how much was seen of it, and what contradicts that.
+    """Return each thing once, in the order of how much was seen of it, and what contradicts that.
 
     Things of one scene are merged where they stand in each other, too: a drawer block that was told
     apart from its desk is a part of it.
@@ -121,19 +121,23 @@ def merged(
 
 
 def _rank(thing: PlacedThing) -> tuple[float, tuple[str, str]]:
-    """What was seen most of comes first: a model may well fit a fragment, as a door a panel."""
+    """Return a sort key by which what was seen most of comes first: a model may well fit a
+    fragment, as a door a panel.
+    """
     return -round(thing.seen, 9), thing.source
 
 
 def _mapped(name: str, best: PlacedThing, seen: Sequence[PlacedThing]) -> MappedThing:
-    """One thing, named by the first of those `seen`, in their order, that show most of it."""
+    """Return one thing, named by the first of those `seen`, in their order, that show most
+    of it.
+    """
     whole = (thing for thing in seen if thing.seen >= MOST * seen[0].seen)
     said = next((thing.said for thing in whole if thing.said), ())
     return MappedThing(name, replace(best, said=said), tuple(seen))
 
 
 def _turn(one: PlacedThing, other: PlacedThing) -> float:
-    """By how much the other's heading is turned, as little as what looks the same allows."""
+    """Return the smallest turn between two headings that look the same otherwise."""
     alike = min(one.box.turns_alike, other.box.turns_alike)
     return math.remainder(float(other.pose[2] - one.pose[2]), alike)
 
@@ -147,13 +151,15 @@ def _distance(apart: FloatArray, cov: FloatArray) -> float:
 
 
 def _is_same(one: PlacedThing, other: PlacedThing) -> bool:
-    """Whether both may be estimates of one pose and one size."""
+    """Return whether both may be estimates of one pose and one size."""
     gate = math.sqrt(float(chi2.ppf(GATE_SHARE, 3)))
     return alike(one, other) and distance(one, other) <= gate
 
 
 def alike(one: PlacedThing, other: PlacedThing) -> bool:
-    """Whether the sizes agree; of plans that may be turned by a quarter, either way round."""
+    """Return whether the sizes agree; of plans that may be turned by a quarter, either way
+    round.
+    """
     first = _lengths(one)
     quarter = min(one.box.turns_alike, other.box.turns_alike) < math.pi
     ways = ((0, 1, 2), (1, 0, 2)) if quarter else ((0, 1, 2),)
@@ -170,7 +176,7 @@ def _lengths(thing: PlacedThing) -> FloatArray:
 
 
 def _shared(one: PlacedThing, other: PlacedThing) -> float:
-    """Which share of the lesser lies within the greater, as upright prisms over their hulls.
+    """Return which share of the lesser lies within the greater, as upright prisms over their hulls.
 
     Each is as much larger as it is unsure where it is: of a sheet there would be nothing.
     """
@@ -192,7 +198,7 @@ def _clash(one: PlacedThing, other: PlacedThing) -> Clash:
 
 
 def fused(one: PlacedThing, other: PlacedThing) -> PlacedThing:
-    """The first with the pose that both estimates give together, by covariance intersection.
+    """Return the first with the pose that both estimates give together, by covariance intersection.
 
     Two runs of one robot share errors that are not known, as of its mount: this estimate is
     consistent whatever they share (Julier and Uhlmann 1997). P⁻¹ = ω A⁻¹ + (1 - ω) B⁻¹ with the ω
@@ -213,13 +219,15 @@ def fused(one: PlacedThing, other: PlacedThing) -> PlacedThing:
 
 
 def _where_surer(one: PlacedThing, other: PlacedThing) -> PlacedThing:
-    """The first where that one of two poses has it that is surer of its place."""
+    """Return the first where that one of two poses has it that is surer of its place."""
     spreads = [float(thing.cov[:2, :2].trace()) for thing in (one, other)]
     return one if spreads[0] <= spreads[1] else _at(one, _apart(one, other), other.cov)
 
 
 def _at(one: PlacedThing, step: FloatArray, cov: FloatArray) -> PlacedThing:
-    """A thing moved by a step (3,) in x, y and heading, to a pose of this covariance (3, 3)."""
+    """Return a thing moved by a step (3,) in x, y and heading, to a pose of this covariance
+    (3, 3).
+    """
     values = one.box.values.copy()
     values[:3] += step
     own = one.box.cov.copy()
@@ -234,7 +242,7 @@ def _at(one: PlacedThing, step: FloatArray, cov: FloatArray) -> PlacedThing:
 
 
 def _moved(points: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Points (n, 2) of what was at one pose (3,) and is at another."""
+    """Return points (n, 2) of what was at one pose (3,) and is at another."""
     turn = float(after[2] - before[2])
     c, s = math.cos(turn), math.sin(turn)
     moved: FloatArray = (points - before[:2]) @ np.array([[c, s], [-s, c]]) + after[:2]

@@ -1,4 +1,4 @@
-"""What a robot's sonars measured during a collection, from the log of its traffic."""
+"""Sonar measurements of a collection, from the log of the robot's traffic."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -34,14 +34,14 @@ class Beam:
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """What the logs of a collection's runs say: its sonars' beams, and the radius of the robot."""
+    """Sonar beams and robot radius from the logs of a collection's runs."""
 
     beams: tuple[Beam, ...] = ()
     radius: float = 0.0
 
 
 def driven(folder: Path, runs: Sequence[Run]) -> Driven:
-    """The beams of a collection in the world, and its robot's radius; nothing without a log.
+    """Return the beams of a collection in the world, and its robot's radius; nothing without a log.
 
     A session that came to none of the `runs`, as of a robot that could not be opened, is left out.
     InputError for a log that cannot be read.
@@ -67,7 +67,7 @@ def driven(folder: Path, runs: Sequence[Run]) -> Driven:
 def _beams(
     path: Path, session: int, run: Run, since: float, opened: list[Connected]
 ) -> Iterator[Beam]:
-    """Each measurement once, from where the robot was when it was reported."""
+    """Yield each measurement once, from where the robot was when it was reported."""
     known: dict[int, float] = {}
     for state in replayed_states(replay(path, session), connected=opened.append):
         robot = run.place(state.pose)
@@ -78,7 +78,7 @@ def _beams(
 def new_beams(
     robot: Pose2, sonars: Iterable[SonarRange], known: dict[int, float]
 ) -> Iterator[Beam]:
-    """The beams of what sonars measured since they were last asked, of a robot in the world.
+    """Yield the beams of what sonars measured since they were last asked, of a robot in the world.
 
     `known` are the times of what was known of each, by its number; it is brought up to date.
     """

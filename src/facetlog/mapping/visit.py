@@ -55,12 +55,12 @@ class Visit:
 
     @property
     def name(self) -> str:
-        """What the map calls it."""
+        """Name in the map."""
         return self.folder.resolve().name or str(self.folder)
 
 
 def read_visit(folder: Path) -> Visit:
-    """The visit of a folder that `facetlog collect` left; InputError for another one."""
+    """Return the visit of a folder that `facetlog collect` left; InputError for another one."""
     _, taken = read_record(folder)
     lines = read_log(folder)
     runs = [line for line in lines if "schema" in line]
@@ -84,7 +84,7 @@ def _is_stated(run: Mapping[str, object]) -> bool:
 
 
 def check_aligned(visits: Sequence[Visit]) -> None:
-    """InputError where the worlds of several visits are not known to be one.
+    """Raise InputError where the worlds of several visits are not known to be one.
 
     The first one's world is that of the map. Another is the same if the user said where its robot
     stood in it; else its origin is wherever the robot stood then.
@@ -113,8 +113,8 @@ class Look:
 
 
 def grouped_views(visit: Visit) -> tuple[Look, ...]:
-    """The views that look at one place each , in the order in which they were
-    taken. InputError if they cannot be read.
+    """Return the views that look at one place each, in the order in which they were taken.
+    InputError if they cannot be read.
     """
     from facetlog.perception.reading.read_views import read_views
 
@@ -149,8 +149,8 @@ def _choose_views(found: "ViewSet", chosen: Sequence[int], name: str) -> Look:
 
 
 def covariances_beside_first(poses: Sequence[Pose], covariances: FloatArray) -> FloatArray:
-    """The covariances (V, 6, 6) of place (world units) and rotation vector (radians) of poses that
-    a robot took in this order, as if its odometry had begun with the first one.
+    """Return the covariances (V, 6, 6) of place (world units) and rotation vector (radians) of
+    poses that a robot took in this order, as if its odometry had begun with the first one.
     """
     if not len(poses):
         return np.zeros((0, 6, 6))
@@ -191,7 +191,7 @@ class _Place:
 
 
 def view_groups(poses: Sequence[Pose]) -> tuple[tuple[int, ...], ...]:
-    """The views (indices, ascending) of each group, in the order in which they begin.
+    """Return the views (indices, ascending) of each group, in the order in which they begin.
 
     Views that fit nowhere go with those before them; a group has as many as a face needs.
     """
@@ -216,7 +216,9 @@ def view_groups(poses: Sequence[Pose]) -> tuple[tuple[int, ...], ...]:
 
 
 def _going_on(place: _Place, index: int, poses: Sequence[Pose]) -> FloatArray | None:
-    """The place with one more view, if it is in the middle part of the pictures of all of them."""
+    """Return the place with one more view, if it is in the middle part of the pictures of all of
+    them.
+    """
     views = [*place.views, index]
     point = _crossing([poses[k] for k in views])
     if point is None:
@@ -225,7 +227,8 @@ def _going_on(place: _Place, index: int, poses: Sequence[Pose]) -> FloatArray | 
 
 
 def _crossing(poses: Sequence[Pose]) -> FloatArray | None:
-    """The point (3,) nearest to the optical axes, by least squares; None if they are parallel.
+    """Return the point (3,) nearest to the optical axes, by least squares; None if they are
+    parallel.
 
     Σ (I - d dᵀ) (p - c) = 0
     """
@@ -240,13 +243,13 @@ def _crossing(poses: Sequence[Pose]) -> FloatArray | None:
 
 
 def _is_middle(pose: Pose, point: FloatArray) -> bool:
-    """Whether a point is ahead, in the middle part of the picture."""
+    """Return whether a point is ahead, in the middle part of the picture."""
     x, y, z = pose.rotation.T @ (point - pose.centre)
     return bool(z > 0 and np.hypot(x, y) <= MIDDLE_SHARE * z)
 
 
 def _together(places: Sequence[_Place], poses: Sequence[Pose]) -> list[list[int]]:
-    """The views of places, of which those that are near one another are one."""
+    """Return the views of places, of which those that are near one another are one."""
     groups: list[tuple[list[int], FloatArray | None]] = []
     for place in places:
         for views, point in groups:

@@ -1,4 +1,4 @@
-"""What a page shows, as plain values for its template."""
+"""Contents of a page, as plain values for its template."""
 
 import base64
 import re
@@ -45,7 +45,7 @@ class Answers:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subject:
-    """What a page is about: a scene, and what was asked of it.
+    """Subject of a page: a scene, and what was asked of it.
 
     `best` are the verdicts that hold, `others` those that do not. `views` have the poses with which
     the scene was found. `times` are names and seconds.
@@ -62,7 +62,7 @@ class Subject:
 
     @classmethod
     def of_run(cls, found: Recognised, pieces: "ShownPieces") -> "Subject":
-        """The whole run, from its pictures to its verdicts."""
+        """Return the whole run, from its pictures to its verdicts."""
         best = found.recognition.best
         return cls(
             found.scene,
@@ -76,7 +76,7 @@ class Subject:
 
     @property
     def title(self) -> str:
-        """What the page says in a line: what was found, or was asked."""
+        """Heading: the result, or the goal that was asked."""
         if self.answers is not None:
             return self.answers.goal
         one = self.best or (self.others if len(self.others) == 1 else ())
@@ -84,7 +84,7 @@ class Subject:
 
 
 def contents(subject: Subject) -> dict[str, Any]:
-    """All that the template (page.html.jinja) names."""
+    """Return all that the template (page.html.jinja) names."""
     scene = subject.scene
     spaces = _unseen_spaces(subject.pieces)
     best, others = ([_verdict(v, spaces) for v in some] for some in (subject.best, subject.others))
@@ -127,7 +127,9 @@ def _answers(answers: Answers) -> dict[str, Any]:
 def _kinds(
     scene: "Scene", pieces: "ShownPieces", views: "Sequence[View]"
 ) -> list[tuple[str, str, bool]]:
-    """What can be shown in 3-D: the letter of its nodes, what it is called, and whether it is."""
+    """Return what can be shown in 3-D: the letter of its nodes, what it is called, and whether it
+    is.
+    """
     unseen = any(space.unseen > 0.0 for space in pieces.spaces)
     larger = drawn_larger_by(scene)
     drawn = f", × {larger}" if larger and larger > 1 else ""
@@ -191,7 +193,9 @@ def _condition(
 
 
 def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, Any]]:
-    """Steps with those that they rest on; open ones that name nothing are about `open_space`."""
+    """Return steps with those that they rest on; open ones that name nothing are about
+    `open_space`.
+    """
     top: list[dict[str, Any]] = []
     open_ones: list[tuple[int, list[dict[str, Any]]]] = [(-1, top)]
     for depth, text in found:
@@ -206,7 +210,9 @@ def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, An
 
 
 def _marked(line: str, places: Sequence[str] = ()) -> dict[str, Any]:
-    """A text, and what is to be lit up: places that it is about, and the names that it has."""
+    """Return a text, and what is to be lit up: places that it is about, and the names that
+    it has.
+    """
     return {"text": line, "names": " ".join(dict.fromkeys((*places, *_names(line))))}
 
 
@@ -218,7 +224,7 @@ def _names(line: str) -> Iterator[str]:
 
 
 def _lit_by(shown: Any) -> Iterator[str]:
-    """All names that lines of the page light up."""
+    """Yield all names that lines of the page light up."""
     if isinstance(shown, dict):
         yield from str(shown.get("names", "")).split()
         shown = tuple(shown.values())
@@ -228,7 +234,7 @@ def _lit_by(shown: Any) -> Iterator[str]:
 
 
 def _keep_what_is_there(shown: Any, scene: "Scene", pieces: "ShownPieces") -> None:
-    """Lines light up only what the scene has: numbers beside a letter may mean other things."""
+    """Drop names that the scene does not have: a letter with a number may mean other things."""
     things = zip(_NAMED, (scene.faces, scene.edges, scene.vertices, pieces.pieces), strict=True)
     there = {f"{letter}{n}" for letter, some in things for n in range(1, len(some) + 1)}
 

@@ -1,4 +1,4 @@
-"""Where a flat thing's name stands: well inside of its outline."""
+"""Place of a flat thing's name: well inside its outline."""
 
 import numpy as np
 import shapely
@@ -11,7 +11,8 @@ WIDE_ENOUGH = 0.8
 
 
 def inner_point(polygon: shapely.Polygon) -> FloatArray:
-    """The centroid (2,), if the polygon is about as wide there as anywhere; else where it is.
+    """Return the centroid (2,), if the polygon is about as wide there as anywhere; else where it
+    is.
 
     >>> inner_point(shapely.box(0, 0, 9, 1))
     array([4.5, 0.5])

@@ -38,7 +38,7 @@ def model_view(
     views: Sequence[View],
     named: Collection[str] = (),
 ) -> str:
-    """A page of its own; "" without a face.
+    """Return a page of its own; "" without a face.
 
     Its nodes are f1, … and p1, …; e1, … of the edges that bound no face, and of the `named` ones
     that do as `rim`; v1, … of the vertices as ellipsoids; unseen1, … and view1, ….
@@ -64,7 +64,7 @@ def model_view(
 
 
 def loose_edges(scene: Scene) -> Iterator[int]:
-    """The edges (their indices) that have a length and bound no face, such as legs."""
+    """Yield the edges (their indices) that have a length and bound no face, such as legs."""
     rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
     bounding = {
         frozenset(pair) for ring in rings for pair in zip(ring, (*ring[1:], ring[0]), strict=True)
@@ -76,7 +76,7 @@ def loose_edges(scene: Scene) -> Iterator[int]:
 
 
 def _say_where_names_stand(graph: trimesh.Scene, scene: Scene) -> None:
-    """A face's name stands well inside of it; the script reads that as `userData.at`."""
+    """Place the names of faces well inside them; the script reads that as `userData.at`."""
     for face in flat_faces(scene):
         mesh = graph.geometry.get(f"f{face.index + 1}")
         if mesh is not None:

@@ -1,4 +1,4 @@
-"""Where a page may be written."""
+"""Check of a page's path."""
 
 from collections.abc import Iterable
 from pathlib import Path

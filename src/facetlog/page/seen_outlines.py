@@ -36,7 +36,7 @@ NAME_ROOM_PX = 6.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SeenOutline:
-    """What a view shows of something: an SVG path, and the name's place, if it has room.
+    """Visible outline of something: an SVG path, and the name's place, if it has room.
 
     Its `kind` is face, edge, rim (an edge that bounds a face), or piece
     and its kind.
@@ -70,7 +70,8 @@ def seen_outlines(
     pieces: ShownPieces = NO_PIECES,
     named: Collection[str] = (),
 ) -> Iterator[SeenOutline]:
-    """The faces that turn to the camera and the edges that bound none, as far as they are seen.
+    """Yield the faces that turn to the camera and the edges that bound none, as far as they are
+    seen.
 
     Of edges that do those that are `named`; pieces by the outline of their boxes, whatever is
     before them. Pixels are those of a picture `shrink` times as large.
@@ -97,8 +98,8 @@ def _as_shown(shape: BaseGeometry, shrink: float) -> BaseGeometry:
 
 
 def _hidden_by(other: _Drawn, drawn: _Drawn) -> BaseGeometry:
-    """Where another face is before it: flat things that do not cross keep their order in each part
-    of the picture where both are.
+    """Return where another face is before it: flat things that do not cross keep their order in
+    each part of the picture where both are.
     """
     both = shapely.get_parts(find_intersection(other.shape, drawn.shape))
     hidden = [part for part in both if other.is_before(drawn, _xy(shapely.point_on_surface(part)))]
@@ -178,7 +179,7 @@ def _edges(view: View, scene: Scene, kind: str, indices: Iterable[int]) -> Itera
 
 
 def _box(view: View, piece: Piece) -> BaseGeometry:
-    """The outline of a piece's box, as far as it is before the camera."""
+    """Return the outline of a piece's box, as far as it is before the camera."""
     frustum, corners = Frustum(view.camera, view.pose), box_corners(piece)
     edges = [(a, b) for side in SIDES for a, b in zip(side, (*side[1:], side[0]), strict=True)]
     ends = [frustum.segment(corners[a], corners[b]) for a, b in edges if a < b]

@@ -1,4 +1,4 @@
-"""How sure the vertices are, to look at: ellipsoids of two standard deviations."""
+"""Uncertainty of vertices as ellipsoids of two standard deviations."""
 
 from collections.abc import Callable, Iterator
 from itertools import count
@@ -22,7 +22,7 @@ COLOUR = (200, 60, 120, 255)
 
 
 def drawn_larger_by(scene: Scene) -> int | None:
-    """By how much ellipsoids are drawn larger, 1, 2, 5, 10, … for all; None if there are none."""
+    """Return the scale of all ellipsoids, 1, 2, 5, 10, …; None if there are none."""
     longest = [axes.max() for _, axes, _ in _ellipsoids(scene)]
     if not longest:
         return None
@@ -33,7 +33,7 @@ def drawn_larger_by(scene: Scene) -> int | None:
 
 
 def add_ellipsoids(graph: trimesh.Scene, scene: Scene) -> None:
-    """Adds nodes v1, … of all vertices that have a covariance, in the scene's frame."""
+    """Add nodes v1, … of all vertices that have a covariance, in the scene's frame."""
     larger = drawn_larger_by(scene)
     if larger is None:
         return
@@ -48,7 +48,9 @@ def add_ellipsoids(graph: trimesh.Scene, scene: Scene) -> None:
 
 
 def _ellipsoids(scene: Scene) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-    """Indices of vertices, half axes (3,), and which way these run, right-handed columns (3, 3)."""
+    """Yield indices of vertices, half axes (3,), and which way these run, right-handed columns (3,
+    3).
+    """
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0))) if scene.vertices else 0.0
     for index, vertex in enumerate(scene.vertices):
         if not np.isfinite(vertex.cov).all():

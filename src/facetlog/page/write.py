@@ -14,7 +14,7 @@ PAGE_FILE = "report.html"
 
 
 def page(subject: Subject) -> str:
-    """The page of a run, or of what was asked of a scene, as text."""
+    """Return the page of a run, or of what was asked of a scene, as text."""
     environment = Environment(
         loader=PackageLoader(__package__ or "", ""),
         autoescape=True,
@@ -36,5 +36,7 @@ def page(subject: Subject) -> str:
 
 
 def _printable(value: object) -> object:
-    """What a name in the page must not have (control characters, half a letter) as spaces."""
+    """Return what a name in the page must not have (control characters, half a letter) as
+    spaces.
+    """
     return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value

@@ -24,21 +24,21 @@ SIGHTINGS = 6
 
 
 def write_paper_page(folder: Path, run: Experiment, seed: int) -> None:
-    """Writes `paper.html` into a folder that appears as a whole; InputError if that cannot be."""
+    """Write `paper.html` into a folder that appears as a whole; InputError if that cannot be."""
     about: dict[str, object] = {"facetlog": __version__, "scene": run.found.scene.name}
     with output_folder(folder, about) as made:
         (made / PAGE_FILE).write_text(page(run, seed), encoding="utf-8")
 
 
 def deviations() -> list[dict[str, str]]:
-    """Where this program does other than the paper's text, and why (deviations.toml)."""
+    """Return where this program does other than the paper's text, and why (deviations.toml)."""
     text = files(__package__).joinpath("deviations.toml").read_text(encoding="utf-8")
     found: list[dict[str, str]] = tomllib.loads(text)["deviation"]
     return found
 
 
 def page(run: Experiment, seed: int) -> str:
-    """The page as text: no file and no network is needed to look at it."""
+    """Return the page as text: no file and no network is needed to look at it."""
     environment = Environment(
         loader=PackageLoader(__package__ or "", ""),
         autoescape=True,

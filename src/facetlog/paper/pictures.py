@@ -55,7 +55,7 @@ def data_uri(image: Image) -> str:
 
 
 def camera_map(run: Experiment) -> str:
-    """Figure 8: where the pinholes were and where they looked, in inches, by sets of six."""
+    """Return figure 8: where the pinholes were and where they looked, in inches, by sets of six."""
     figure = new_figure(6.4, 6.0)
     axes = figure.subplots()
     scene = run.found.scene
@@ -79,14 +79,14 @@ def camera_map(run: Experiment) -> str:
 
 
 def thumbnail(image: Image) -> str:
-    """A picture made small."""
+    """Return a picture made small."""
     height = round(THUMBNAIL_PX * image.shape[0] / image.shape[1])
     small = cv2.resize(image, (THUMBNAIL_PX, height), interpolation=cv2.INTER_AREA)
     return data_uri(np.asarray(small, dtype=np.uint8))
 
 
 def thresholded_picture(image: Image) -> str:
-    """Figure 9 (b): black and white by the paper's threshold."""
+    """Return figure 9 (b): black and white by the paper's threshold."""
     return data_uri(binary_picture(image, PAPER_THRESHOLD))
 
 
@@ -100,7 +100,7 @@ def regions_picture(run: Experiment, view: int) -> str:
 
 
 def edges_picture(run: Experiment, view: int) -> str:
-    """Figure 10: the Laplacian's edge pixels of the localised block."""
+    """Return figure 10: the Laplacian's edge pixels of the localised block."""
     mask = run.block.pictures[view].object.mask
     edges = edge_pixels(run.views[view].image, mask)
     drawn = np.where(edges, np.uint8(0), np.uint8(255))
@@ -108,7 +108,7 @@ def edges_picture(run: Experiment, view: int) -> str:
 
 
 def labels_picture(run: Experiment, view: int) -> str:
-    """The straight edges and the vertices with their position labels."""
+    """Return the straight edges and the vertices with their position labels."""
     mask = run.block.pictures[view].object.mask
     large, corner, factor = _enlarged(run.views[view].image, mask, cv2.INTER_CUBIC)
     image = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
@@ -133,7 +133,9 @@ def labels_picture(run: Experiment, view: int) -> str:
 
 
 def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, float]:
-    """The part of a picture round the object, its top-left corner (2,) and how often enlarged."""
+    """Return the part of a picture round the object, its top-left corner (2,) and how often
+    enlarged.
+    """
     u, v, width, height = cv2.boundingRect(mask)
     wide = round(max(width, height) * SURROUNDINGS)
     left, top = max(u - wide, 0), max(v - wide // 2, 0)
@@ -145,7 +147,9 @@ def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, f
 
 
 def sightings(run: Experiment, track: VertexRun, count: int) -> list[tuple[str, str]]:
-    """Figure 11: the first views of a vertex, each with its pixel (u, v) and its surroundings."""
+    """Return figure 11: the first views of a vertex, each with its pixel (u, v) and its
+    surroundings.
+    """
     found = []
     for view, uv in list(zip(track.views, track.pixels, strict=True))[:count]:
         image = run.views[view].image
@@ -162,8 +166,8 @@ def sightings(run: Experiment, track: VertexRun, count: int) -> list[tuple[str, 
 
 
 def estimate_curve(vertex: VertexRun) -> str:
-    """Figure 12: x, y and z less the truth after each view, with three standard deviations, and
-    the printed recursion's from its zero start beside it.
+    """Return figure 12: x, y and z less the truth after each view, with three standard deviations,
+    and the printed recursion's from its zero start beside it.
     """
     figure = new_figure(6.8, 4.4)
     panels = figure.subplots(3, 1, sharex=True)
@@ -186,7 +190,7 @@ def estimate_curve(vertex: VertexRun) -> str:
 
 
 def covariance_curve(vertex: VertexRun) -> str:
-    """Figure 13: the elements on the covariance's diagonal after each view."""
+    """Return figure 13: the elements on the covariance's diagonal after each view."""
     figure = new_figure(6.8, 2.8)
     axes = figure.subplots()
     views = np.arange(1, len(vertex.views) + 1)

@@ -28,12 +28,12 @@ class Iteration:
 
 @cache
 def printed() -> dict[str, Any]:
-    """The figures of section 5.3 as printed.toml has them."""
+    """Return the figures of section 5.3 as printed.toml has them."""
     return tomllib.loads(files(__package__).joinpath("printed.toml").read_text(encoding="utf-8"))
 
 
 def point_iterations() -> tuple[Iteration, ...]:
-    """The two iterations of the point filter."""
+    """Return the two iterations of the point filter."""
     paper = printed()["point"]
     cases = paper["iteration"]
     poses = [(*case["pose"], paper["focal"]) for case in cases]
@@ -58,7 +58,7 @@ def point_iterations() -> tuple[Iteration, ...]:
 
 
 def plane_iterations() -> tuple[Iteration, ...]:
-    """The two iterations of the plane filter."""
+    """Return the two iterations of the plane filter."""
     paper = printed()["plane"]
     cases = paper["iteration"]
     start = State(np.zeros(3), paper["s0"] * np.eye(3))

@@ -21,7 +21,7 @@ class Form(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called where it is reported."""
+        """Name in reports."""
 
     @property
     def grows(self) -> bool:
@@ -32,10 +32,10 @@ class Form(Protocol):
         """Its sizes as it starts, metres or radians, all positive."""
 
     def scene(self, sizes: Mapping[str, float]) -> Scene:
-        """The exact scene of these sizes; ValueError for sizes that nothing can have."""
+        """Return the exact scene of these sizes; ValueError for sizes that nothing can have."""
 
     def described(self, sizes: Mapping[str, float]) -> str:
-        """It and these sizes in words."""
+        """Return it and these sizes in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Length:
         return self + other * -1.0
 
     def of(self, sizes: Mapping[str, float]) -> float:
-        """Its value, metres."""
+        """Return its value, metres."""
         return sum(count * sizes[name] for name, count in self.terms.items())
 
 
@@ -86,35 +86,37 @@ class Assembly:
 
     @property
     def grows(self) -> bool:
-        """Yes."""
+        """Whether more parts can be added."""
         return True
 
     def ends(self, sizes: Mapping[str, float]) -> FloatArray:
-        """The lowest and the highest corner of each part (2, n, 3), metres."""
+        """Return the lowest and the highest corner of each part (2, n, 3), metres."""
         found = [[[end.of(sizes) for end in along] for along in p.extents] for p in self.parts]
         return np.array(found).transpose(2, 0, 1)
 
     def scene(self, sizes: Mapping[str, float]) -> Scene:
-        """The surface of all of it, standing on the ground; ValueError if a part has no extent."""
+        """Return the surface of all of it, standing on the ground; ValueError if a part has no
+        extent.
+        """
         low, high = self.ends(sizes)
         ground = np.array([0.0, 0.0, low[:, 2].min()])
         return cuboid_union(low - ground, high - ground, self.name)
 
     def described(self, sizes: Mapping[str, float]) -> str:
-        """Its parts, and then the sizes."""
+        """Return its parts, and then the sizes."""
         return f"{self.name}: {', '.join(f'{n} {100.0 * sizes[n]:.3g} cm' for n in self.sizes)}"
 
     def size(self, name: str, value: float) -> "tuple[Assembly, Length]":
-        """The assembly with one more size, of this name or one like it, and that size."""
+        """Return the assembly with one more size, of this name or one like it, and that size."""
         free = next(n for n in (name, *(f"{name}{i}" for i in range(2, 99))) if n not in self.sizes)
         sizes = {**self.sizes, free: value}
         return Assembly(self.name, sizes, self.parts), Length({free: 1.0})
 
     def also(self, word: str, parts: Sequence[Part]) -> "Assembly":
-        """The assembly with more parts, which `word` adds to its name."""
+        """Return the assembly with more parts, which `word` adds to its name."""
         return Assembly(f"{self.name}, {word}", self.sizes, (*self.parts, *parts))
 
     def raised(self, by: Length) -> "Assembly":
-        """The assembly so much higher above the ground."""
+        """Return the assembly so much higher above the ground."""
         parts = tuple(Part(p.x, p.y, (p.z[0] + by, p.z[1] + by)) for p in self.parts)
         return Assembly(self.name, self.sizes, parts)

@@ -1,4 +1,4 @@
-"""What of a model cannot be met together, as far as solids were tried."""
+"""Conditions of a model that cannot be met together, as far as solids were tried."""
 
 from collections.abc import Collection, Iterable
 from itertools import combinations
@@ -15,7 +15,7 @@ REACH = 0.7
 
 
 def never_together(missed: Iterable[Collection[str]]) -> tuple[str, ...]:
-    """The fewest labels of which each of the sets has one: what no solid met all of.
+    """Return the fewest labels of which each of the sets has one: what no solid met all of.
 
     >>> never_together([{"wide", "high"}, {"narrow"}, {"wide"}])
     ('narrow', 'wide')
@@ -34,7 +34,8 @@ def never_together(missed: Iterable[Collection[str]]) -> tuple[str, ...]:
 
 
 def conflict(search: Search) -> tuple[str, ...]:
-    """Labels of what no solid met together, after sizes were fitted to meet them and nothing else.
+    """Return labels of what no solid met together, after sizes were fitted to meet them and nothing
+    else.
 
     Of a search in which nothing holds.
     """
@@ -53,7 +54,7 @@ def conflict(search: Search) -> tuple[str, ...]:
 
 
 def _towards(search: Search, candidate: Candidate, labels: Collection[str]) -> None:
-    """Judges sizes that are to meet some conditions, whatever becomes of the others."""
+    """Judge sizes that are to meet some conditions, whatever becomes of the others."""
     judge, at, reach = search.bench.trying(candidate.form), candidate.judged, REACH
     for _ in range(STEPS):
         wanted = {key: margin for key, margin in at.margins.items() if key[0] in labels}

@@ -32,7 +32,7 @@ STILL = 0.01
 
 
 def fitted(start: Judged, judge: Try, *, enough: Callable[[], bool] = lambda: False) -> Judged:
-    """The best that is found from a start, which comes back if nothing is better.
+    """Return the best that is found from a start, which comes back if nothing is better.
 
     It ends early where `enough` says so.
     """
@@ -55,7 +55,9 @@ def fitted(start: Judged, judge: Try, *, enough: Callable[[], bool] = lambda: Fa
 
 
 def slopes(at: Judged, judge: Try) -> Slopes:
-    """How each margin changes with the logarithm of each size, the mean of both directions."""
+    """Return how each margin changes with the logarithm of each size, the mean of both
+    directions.
+    """
     found: dict[str, Margins] = {}
     for name, size in at.sizes.items():
         tries = {step: judge({**at.sizes, name: size * float(np.exp(step))}) for step in STEPS}
@@ -74,7 +76,7 @@ def stepped(
     slope: Slopes,
     reach: float,
 ) -> dict[str, float]:
-    """Sizes at which, to first order, the margins of the `wanted` are largest."""
+    """Return sizes at which, to first order, the margins of the `wanted` are largest."""
     names, keys = list(at.sizes), list(wanted)
     table = np.array([[slope.get(n, {}).get(key, 0.0) for n in names] for key in keys])
     values = np.array([wanted[key] for key in keys])
@@ -83,7 +85,7 @@ def stepped(
 
 
 def _move(table: FloatArray, values: FloatArray, reach: float) -> Sequence[float]:
-    """The change of each size's logarithm (n,), from slopes (k, n) and margins (k,)."""
+    """Return the change of each size's logarithm (n,), from slopes (k, n) and margins (k,)."""
     count, sizes = table.shape
     movable = np.abs(table).max(axis=1, initial=0.0) > 0.0
     # unknowns: moves up (n), moves down (n), the margins (k), the least of them

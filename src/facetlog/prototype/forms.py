@@ -32,7 +32,7 @@ class BuilderForm:
 
     @property
     def grows(self) -> bool:
-        """No: its parts are not known here."""
+        """Whether more parts can be added: its parts are not known here."""
         return False
 
     @property
@@ -48,11 +48,11 @@ class BuilderForm:
         return {p.name: p.default for p in parameters if p.kind != "count"}
 
     def scene(self, sizes: Mapping[str, float]) -> Scene:
-        """What the builder makes of these sizes."""
+        """Return what the builder makes of these sizes."""
         return build(self.builder, {**self.counts, **sizes})
 
     def described(self, sizes: Mapping[str, float]) -> str:
-        """The builder and its sizes, as an example of a model writes them."""
+        """Return the builder and its sizes, as an example of a model writes them."""
         kinds = {p.name: p.kind for p in BUILDERS[self.builder].parameters}
         written = [f"{name} {count:g}" for name, count in self.counts.items()]
         for name, size in sizes.items():
@@ -63,12 +63,12 @@ class BuilderForm:
 
 
 def surfaces() -> Iterator[Form]:
-    """Forms of which a part of the surface is there, and no solid."""
+    """Yield forms of which a part of the surface is there, and no solid."""
     yield from (BuilderForm(name) for name, builder in BUILDERS.items() if not builder.is_solid)
 
 
 def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
-    """All that are solid, those of few parts first; of what comes in numbers so many."""
+    """Yield all that are solid, those of few parts first; of what comes in numbers so many."""
     for kind in ("block", "board", "upright board", "bar", "upright bar"):
         yield single(kind)
     for builder in filter(lambda each: each.is_solid, BUILDERS.values()):
@@ -108,7 +108,8 @@ def starting_forms(counts: Sequence[int] = COUNTS) -> Iterator[Form]:
 def grown_from(
     start: Form, sizes: Mapping[str, float], counts: Sequence[int] = COUNTS
 ) -> Iterator[Form]:
-    """What one more group of parts makes of an assembly of these sizes; of other forms nothing.
+    """Yield what one more group of parts makes of an assembly of these sizes; of other forms
+    nothing.
 
     Of what comes between two parts there are 1 or so many.
     """
@@ -142,12 +143,12 @@ def grown_from(
 
 
 def _is_raised(form: Assembly, part: int) -> bool:
-    """Whether there is room between a part and the ground."""
+    """Return whether there is room between a part and the ground."""
     return bool(form.parts[part].z[0].terms)
 
 
 def _at_heights(form: Assembly) -> list[list[int]]:
-    """The parts at each height: what stands on or under another of them is alike."""
+    """Return the parts at each height: what stands on or under another of them is alike."""
     found: dict[str, list[int]] = {}
     for index, part in enumerate(form.parts):
         key = repr([sorted(end.terms.items()) for end in part.z])
@@ -156,12 +157,12 @@ def _at_heights(form: Assembly) -> list[list[int]]:
 
 
 def _different(form: Assembly) -> list[int]:
-    """One of all parts at each height."""
+    """Return one of all parts at each height."""
     return [some[0] for some in _at_heights(form)]
 
 
 def _apart(form: Assembly) -> Iterator[tuple[int, int]]:
-    """At each height the first part and the last that is away from it along x: the outermost."""
+    """Yield at each height the first part and the last that is away from it along x."""
     for first, *others in _at_heights(form):
         end = form.parts[first].x[1].of(form.sizes)
         away = [other for other in others if form.parts[other].x[0].of(form.sizes) > end]
@@ -201,7 +202,7 @@ class _Sides:
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """Where parts stand in a plan, how many there are, and of which kind they are."""
+    """Number and kind of parts, and their places in a plan."""
 
     count: int
     kind: str
@@ -241,7 +242,7 @@ PATTERNS: Mapping[str, Pattern] = MappingProxyType(
 
 
 def single(kind: str) -> Assembly:
-    """One level board, block or bar, or an upright board, on the ground."""
+    """Return one level board, block or bar, or an upright board, on the ground."""
     extents = {
         "board": (LONG, WIDE, THIN),
         "block": (LONG, WIDE, HIGH),
@@ -256,7 +257,9 @@ def single(kind: str) -> Assembly:
 
 
 def pair(kind: str) -> Assembly:
-    """Two of the parts that `single` makes, apart along x: one solid once more is put to them."""
+    """Return two of the parts that `single` makes, apart along x: one solid once more is put to
+    them.
+    """
     one = single(kind)
     grown, apart = one.size("apart", HIGH)
     part = one.parts[0]
@@ -284,7 +287,9 @@ def _placed(
 
 
 def under(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> Assembly:
-    """What carries a part: from the ground, above which all is raised if the part stands on it."""
+    """Return what carries a part: from the ground, above which all is raised if the part stands on
+    it.
+    """
     grown, on = start, start.parts[part]
     if not on.z[0].terms:
         grown, stand = grown.size("stand", HIGH)
@@ -295,7 +300,7 @@ def under(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> A
 
 
 def on_top(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> Assembly:
-    """What stands on a part."""
+    """Return what stands on a part."""
     grown, rise = start.size("rise", HIGH)
     on = grown.parts[part]
     z = (on.z[1], on.z[1] + rise)
@@ -304,7 +309,7 @@ def on_top(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> 
 
 
 def capped(start: Assembly, carrier: int, *, plan: int = 0, flush: bool = True) -> Assembly:
-    """A level board across on top of part `carrier`, over the plan of part `plan`."""
+    """Return a level board across on top of part `carrier`, over the plan of part `plan`."""
     grown, thick = start.size("thickness", THIN)
     out = ZERO
     if not flush:
@@ -318,7 +323,7 @@ def capped(start: Assembly, carrier: int, *, plan: int = 0, flush: bool = True) 
 def between(
     start: Assembly, first: int, second: int, count: int, *, upright: bool = False
 ) -> Assembly:
-    """So many level boards, evenly apart, or one upright board, from a part to one along x.
+    """Return so many level boards, evenly apart, or one upright board, from a part to one along x.
 
     They are as deep as both parts together, but for an inset, and shorter parts are bars.
     """
@@ -354,7 +359,9 @@ HUNG = MappingProxyType(
 
 
 def hung(start: Assembly, part: int, kind: str, count: int = 1) -> Assembly:
-    """So many pieces evenly apart along x beneath a part, which end half way to the ground."""
+    """Return so many pieces evenly apart along x beneath a part, which end half way to the
+    ground.
+    """
     on = start.parts[part]
     grown, drop = start.size("drop", on.z[0].of(start.sizes) / 2)
     grown, wide = grown.size("width", HUNG[kind][0])
@@ -366,7 +373,7 @@ def hung(start: Assembly, part: int, kind: str, count: int = 1) -> Assembly:
 
 
 def borne(start: Assembly, first: int, second: int) -> Assembly:
-    """A level board beneath two parts that end above the ground: a seat on ropes."""
+    """Return a level board beneath two parts that end above the ground: a seat on ropes."""
     a, b = start.parts[first], start.parts[second]
     grown, thick = start.size("thickness", THIN)
     grown, out = grown.size("overhang", 2 * INSET)
@@ -379,7 +386,9 @@ def _about(middle: Length, extent: Length) -> Extent:
 
 
 def flanked(start: Assembly, first: int, second: int) -> Assembly:
-    """A level board along x on each side of two parts, on bars across that go through those."""
+    """Return a level board along x on each side of two parts, on bars across that go
+    through those.
+    """
     a, b = start.parts[first], start.parts[second]
     grown, foot = start.size("rise", (a.z[1] - a.z[0]).of(start.sizes) / 2)
     grown, thick = grown.size("thickness", THIN)
@@ -394,7 +403,7 @@ def flanked(start: Assembly, first: int, second: int) -> Assembly:
 
 
 def beside(start: Assembly, part: int, steps: int) -> Assembly:
-    """So many blocks beside a part along x, each an equal step lower than the one before."""
+    """Return so many blocks beside a part along x, each an equal step lower than the one before."""
     grown, going = start.size("going", HIGH / 2)
     on = grown.parts[part]
     placed = []

@@ -1,4 +1,4 @@
-"""By how much each condition of a model holds on a solid: what fitting makes large.
+"""Margins of a model's conditions on a solid: fitting makes them large.
 
 A verdict's proofs become margins as in the robust semantics of signal temporal logic: of what must
 all hold the least counts, of alternatives the greatest, and `not` turns the sign. A measured value
@@ -75,7 +75,7 @@ class Judged:
 
 
 def margins_of(verdict: Verdict) -> Margins:
-    """The margins of all demands of a verdict; of parts that were not found as well.
+    """Return the margins of all demands of a verdict; of parts that were not found as well.
 
     Where all conditions are decided, the parts that were not found are optional.
     """
@@ -94,7 +94,7 @@ def margins_of(verdict: Verdict) -> Margins:
 
 
 def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
-    """What must all hold, each apart; of a value with two limits each of both."""
+    """Yield what must all hold, each apart; of a value with two limits each of both."""
     if proof.name in {"all", "short", "if_known"} and proof.children:
         for nth, child in enumerate(_in_order(proof.children)):
             yield from _demands(child, f"{path}.{nth}")
@@ -109,7 +109,7 @@ def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
 
 
 def _in_order(children: Sequence[Proof]) -> list[Proof]:
-    """Steps that say the same of several faces or pieces, by what was measured of them.
+    """Return steps that say the same of several faces or pieces, by what was measured of them.
 
     Which of them is named first changes with the sizes; the least of their values hardly does.
     """
@@ -126,7 +126,7 @@ def _measured(proof: Proof) -> float:
 
 
 def margin_of(proof: Proof) -> float:
-    """The margin of a step: greater than 0 if it holds."""
+    """Return the margin of a step: greater than 0 if it holds."""
     match proof.name:
         case "counted":
             return _counted(proof)
@@ -146,7 +146,7 @@ def margin_of(proof: Proof) -> float:
 
 
 def counts_in(proof: Proof) -> Iterator[int]:
-    """How many are wanted, at least or at most, wherever a proof counts."""
+    """Yield how many are wanted, at least or at most, wherever a proof counts."""
     if isinstance(proof.detail, Note) and proof.detail.counted is not None:
         yield proof.detail.counted[1]
     for child in proof.children:
@@ -158,7 +158,7 @@ def _flat(state: State) -> float:
 
 
 def _counted(proof: Proof) -> float:
-    """Of a count that fails less than 0 by how many are too few or too many, at most `FAR`."""
+    """Return the margin of a count: if it fails, by how many are too few or too many."""
     counted = proof.detail.counted if isinstance(proof.detail, Note) else None
     if proof.state is not State.FAILS or counted is None:
         return _flat(proof.state)

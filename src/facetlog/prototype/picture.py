@@ -16,7 +16,7 @@ INK = (40, 40, 40)
 
 
 def role_faces(judged: Judged) -> Mapping[str, tuple[int, ...]]:
-    """The faces (indices) of what plays each part: itself, or those of a piece."""
+    """Return the faces (indices) of what plays each part: itself, or those of a piece."""
     of_piece = _faces_of_pieces(judged.scene) if _has_pieces(judged) else {}
     found = {}
     for part in judged.verdict.parts:
@@ -37,7 +37,7 @@ def _faces_of_pieces(scene: Scene) -> dict[str, list[str]]:
 
 
 def picture(judged: Judged, size_px: int) -> bytes:
-    """The solid on white as a PNG, with a legend of its parts; what plays none is grey."""
+    """Return the solid on white as a PNG, with a legend of its parts; what plays none is grey."""
     roles = role_faces(judged)
     tints = {face: nth for nth, faces in reversed([*enumerate(roles.values())]) for face in faces}
     image = on_white(thumbnail(judged.scene, size_px, tints))

@@ -46,7 +46,7 @@ class Sample:
 
 
 def explored(search: Search, seed: int) -> None:
-    """Judges more forms and sizes near those that hold, so that there is a choice of samples."""
+    """Judge more forms and sizes near those that hold, so that there is a choice of samples."""
     search.most = search.bench.judged + search.most // 2
     for candidate in search.ranked()[:FITTED]:
         if not candidate.judged.holds:
@@ -63,7 +63,7 @@ def explored(search: Search, seed: int) -> None:
 
 
 def holding_samples(search: Search, seed: int) -> Iterator[Sample]:
-    """Solids that hold, without end, of all forms of the search that do, in turn."""
+    """Yield solids that hold, without end, of all forms of the search that do, in turn."""
     draw = np.random.default_rng([seed, 0])
     walks = [_Walk(search.bench, one, draw) for one in search.holding[:MOST_FORMS]]
     for walk in cycle(walks):
@@ -71,7 +71,7 @@ def holding_samples(search: Search, seed: int) -> Iterator[Sample]:
 
 
 def near_misses(search: Search, seed: int, labels: Sequence[str]) -> dict[str, Iterator[Sample]]:
-    """For each label that a solid was found to fail alone, such solids without end."""
+    """Return, for each label that a solid was found to fail alone, such solids without end."""
     found = {}
     ways = [_Way.of(search.bench, one) for one in search.holding[:FORMS]]
     for nth, label in enumerate(labels):
@@ -96,7 +96,7 @@ class _Walk:
         self._bench, self._at, self._draw = bench, start.judged, draw
 
     def step(self, kept: Callable[[Judged], bool], together: float, apart: float) -> Judged:
-        """Where the walk is after a step; where no step is `kept`, where it was."""
+        """Return where the walk is after a step; where no step is `kept`, where it was."""
         for shorter in range(SHORTER):
             spread = 0.5**shorter
             logs = together * self._draw.normal() + apart * self._draw.normal(size=len(self._sizes))
@@ -140,7 +140,7 @@ class _Way:
 
 
 def _first_miss(search: Search, ways: Sequence[_Way], label: str) -> Candidate | None:
-    """A solid that fails this alone, near to one that holds if there is such a way."""
+    """Return a solid that fails this alone, near to one that holds if there is such a way."""
     for way in ways:
         pushed = _pushed(way.start.judged, label, way.slope, way.judge)
         if pushed is not None:
@@ -161,7 +161,8 @@ def _pushed(start: Judged, label: str, slope: Slopes, judge: Try) -> Judged | No
 
 
 def _beyond(start: Judged, label: str, wanted: Margins, slope: Slopes, judge: Try) -> Judged | None:
-    """Sizes that a first-order step leads to and that fail `label` alone, as near as halving goes.
+    """Return sizes that a first-order step leads to and that fail `label` alone, as near as halving
+    goes.
 
     `wanted` has the margin of what is to fail with its sign turned, as `slope` has.
     """

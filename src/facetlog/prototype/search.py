@@ -30,7 +30,7 @@ class Search:
 
     @property
     def counts(self) -> list[int]:
-        """Of what comes in numbers how many are tried: few, and as many as the model names."""
+        """Numbers of repeated parts to try: few, and those that the model names."""
         proofs = (c.proof for one in self.tried.values() for c in one.judged.verdict.conditions)
         named = {count for proof in proofs for count in counts_in(proof)}
         return sorted({*COUNTS, *(count for count in named if 2 <= count <= MOST_PARTS - 2)})
@@ -46,14 +46,14 @@ class Search:
         return [candidate for candidate in self.ranked() if candidate.judged.holds]
 
     def ranked(self, among: Iterable[Candidate] | None = None) -> list[Candidate]:
-        """Candidates, the best first; of equals those with fewer sizes."""
+        """Return candidates, the best first; of equals those with fewer sizes."""
         some = self.tried.values() if among is None else among
         return sorted(
             some, key=lambda c: (*(-x for x in c.judged.rank), len(c.judged.sizes), c.form.name)
         )
 
     def look(self, forms: Iterable[Form]) -> list[Candidate]:
-        """Judges forms as they begin, those that were not before."""
+        """Judge forms as they begin, those that were not before."""
         found = []
         for form in forms:
             if self.is_spent:
@@ -67,7 +67,7 @@ class Search:
         return found
 
     def fit(self, candidate: Candidate) -> Candidate:
-        """The candidate with its sizes fitted."""
+        """Return the candidate with its sizes fitted."""
         judge = self.bench.trying(candidate.form)
         judged = fitted(candidate.judged, judge, enough=lambda: self.is_spent)
         better = Candidate(candidate.form, judged)
@@ -75,7 +75,7 @@ class Search:
         return better
 
     def grown(self, most: int = GROWING) -> Iterator[Form]:
-        """What one more group of parts makes of each of the best, of so many, in turn."""
+        """Yield what one more group of parts makes of each of the best, of so many, in turn."""
         growing = [one for one in self.ranked() if one.form.grows][:most]
         counts = self.counts
         forms = [grown_from(one.form, one.judged.sizes, counts) for one in growing]
@@ -83,7 +83,9 @@ class Search:
             yield from (form for form in some if form is not None)
 
     def finds(self, forms: Iterable[Form]) -> bool:
-        """Whether one of some forms, or of the best of them once fitted, holds, or all is spent."""
+        """Return whether one of some forms, or of the best of them once fitted, holds, or all is
+        spent.
+        """
         for candidate in islice(_unlike(self.ranked(self.look(forms))), FITTED):
             if self.fit(candidate).judged.holds:
                 return True
@@ -91,7 +93,7 @@ class Search:
 
 
 def _unlike(candidates: Iterable[Candidate]) -> Iterator[Candidate]:
-    """Those that miss something else, or by something else, than all before them."""
+    """Yield candidates that miss other conditions, or by other margins, than those before."""
     seen = set()
     for one in candidates:
         missed = {key: round(m, 2) for key, m in one.judged.margins.items() if m <= 0.0}
@@ -105,9 +107,10 @@ def _key(form: Form) -> str:
 
 
 def searched(bench: Workbench, most: int) -> Search:
-    """A search that ends with the first form that holds once it is fitted, or after `most` solids.
+    """Return a search that ends with the first form that holds once it is fitted, or after `most`
+    solids.
 
-    Raises ValueError if no form could be judged.
+    Raise ValueError if no form could be judged.
     """
     search = Search(bench, most)
     search.look(islice(starting_forms(), 1))

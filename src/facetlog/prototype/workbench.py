@@ -1,4 +1,4 @@
-"""Where forms are judged: one model, and what it says of solids."""
+"""Judging of forms: one model, and its verdicts on solids."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Workbench:
         self.missed: dict[frozenset[str], Candidate] = {}
 
     def judge(self, scene: Scene, sizes: Mapping[str, float]) -> Judged:
-        """What the model says of the only thing in a scene."""
+        """Return what the model says of the only thing in a scene."""
         self.judged += 1
         self._base.load_scene(
             SCENE,
@@ -49,7 +49,7 @@ class Workbench:
         return Judged(dict(sizes), scene, verdict, margins_of(verdict))
 
     def trying(self, form: Form) -> Try:
-        """Judges a form of any sizes."""
+        """Judge a form of any sizes."""
 
         def judge(sizes: Mapping[str, float]) -> Judged | None:
             try:
@@ -67,6 +67,8 @@ class Workbench:
         return judge
 
     def failing_alone(self, label: str) -> Candidate | None:
-        """The best of the solids that were found to fail this condition, and nothing else."""
+        """Return the best of the solids that were found to fail this condition, and nothing
+        else.
+        """
         found = self.missed.get(frozenset({label}))
         return found if found is not None and found.judged.fails_alone == label else None

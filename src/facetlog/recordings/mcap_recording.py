@@ -84,7 +84,7 @@ ZEROS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float64":
 
 
 def checked_mcap(path: Path) -> Path:
-    """What `--mcap` gives; InputError for another kind of file."""
+    """Return the path of `--mcap`. Raise InputError for another kind of file."""
     if path.suffix != SUFFIX or path.is_dir():
         raise InputError(f"--mcap {path}: give a file whose name ends in {SUFFIX}")
     return path
@@ -244,7 +244,9 @@ class McapRecording:
         return markers
 
     def _candidates(self, moment: Moment) -> list[Any]:
-        """A ball where each view would be taken, the larger the more it promised a second."""
+        """Return a ball where each view would be taken, the larger the more it promised a
+        second.
+        """
         at, markers = moment.taken.time, [self._ros.clear_markers(moment.taken.time)]
         for number, each in enumerate(moment.candidates):
             colour, size = CHOSEN if each.is_chosen else IMPLIED, 2 * each.radius
@@ -294,8 +296,8 @@ def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:
 
 
 def _on_floor(covariance: FloatArray) -> FloatArray:
-    """That of x, y, heading (3, 3) as ROS has it: (36,) of x, y, z and turns about them, where what
-    the floor holds fast has none.
+    """Return a covariance of x, y, heading (3, 3) as ROS has it: (36,) of x, y, z and turns about
+    them, where what the floor holds fast has none.
     """
     whole = np.zeros((6, 6))
     whole[np.ix_(ON_FLOOR, ON_FLOOR)] = covariance
@@ -326,12 +328,12 @@ class RosMessages:
         return []
 
     def point(self, place: FloatArray) -> Any:
-        """geometry_msgs/Point."""
+        """Return geometry_msgs/Point."""
         x, y, z = map(float, place)
         return self.make("geometry_msgs/msg/Point", x=x, y=y, z=z)
 
     def pose(self, place: FloatArray, turn: Rotation) -> Any:
-        """geometry_msgs/Pose."""
+        """Return geometry_msgs/Pose."""
         return self.make(
             "geometry_msgs/msg/Pose",
             position=self.point(place),
@@ -339,16 +341,16 @@ class RosMessages:
         )
 
     def quaternion(self, turn: Rotation) -> Any:
-        """geometry_msgs/Quaternion."""
+        """Return geometry_msgs/Quaternion."""
         x, y, z, w = turn.as_quat(canonical=True).tolist()
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def vector(self, x: float, y: float, z: float) -> Any:
-        """geometry_msgs/Vector3."""
+        """Return geometry_msgs/Vector3."""
         return self.make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
 
     def header(self, at: float, frame: str) -> Any:
-        """std_msgs/Header of a time and a frame."""
+        """Return std_msgs/Header of a time and a frame."""
         seconds, rest = divmod(nanoseconds(at), NANO)
         stamp = self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
         return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
@@ -356,7 +358,7 @@ class RosMessages:
     def transform(
         self, at: float, parent: str, child: str, place: FloatArray, turn: Rotation
     ) -> Any:
-        """geometry_msgs/TransformStamped from a parent's frame to a child's."""
+        """Return geometry_msgs/TransformStamped from a parent's frame to a child's."""
         return self.make(
             "geometry_msgs/msg/TransformStamped",
             header=self.header(at, parent),
@@ -381,7 +383,7 @@ class RosMessages:
         text: str = "",
         place: FloatArray | None = None,
     ) -> Any:
-        """visualization_msgs/Marker in the map, of a namespace and a number there."""
+        """Return visualization_msgs/Marker in the map, of a namespace and a number there."""
         r, g, b, a = colour
         return self.make(
             "visualization_msgs/msg/Marker",
@@ -404,6 +406,6 @@ class RosMessages:
 
 
 def nanoseconds(at: float) -> int:
-    """A time as ROS has it."""
+    """Return a time as ROS has it."""
     seconds = math.floor(at)
     return seconds * NANO + round((at - seconds) * NANO)

@@ -1,4 +1,4 @@
-"""What a collection's folder holds, view by view, with what was known after each of them."""
+"""Views of a collection one by one, with the scene and verdicts after each."""
 
 import json
 import math
@@ -55,7 +55,7 @@ class CandidateView:
 
 
 def candidate_views(lines: Sequence[Mapping[str, object]], name: str) -> tuple[CandidateView, ...]:
-    """Those among which the view of a name was chosen; none of one of a tour, or of the first."""
+    """Return the views among which one was chosen; none for a tour or the first view."""
     rows: object = next(
         (
             line.get("candidates")
@@ -105,10 +105,10 @@ class Recorder(Protocol):
     """Writes a recording. InputError where it cannot be written."""
 
     def add(self, moment: Moment) -> None:
-        """The next view."""
+        """Record the next view."""
 
     def close(self) -> None:
-        """Ends the recording; it is whole then."""
+        """End the recording; it is whole then."""
 
 
 def read_moment(
@@ -118,7 +118,8 @@ def read_moment(
     scene: "Scene | None" = None,
     recognition: "Recognition | None" = None,
 ) -> Moment | None:
-    """The moment of the view of a name, None if the folder has none; its way begins after `since`.
+    """Return the moment of the view of a name, None if the folder has none; its way begins after
+    `since`.
 
     InputError if the folder is no collection's or cannot be read.
     """
@@ -148,7 +149,7 @@ def read_moment(
 
 
 def recorded_optics(folder: Path) -> Optics:
-    """The camera of a collection's transforms.json; InputError if it holds none."""
+    """Return the camera of a collection's transforms.json; InputError if it holds none."""
     path = folder / TRANSFORMS_FILE
     try:
         content: Mapping[str, object] = json.loads(read_regular_text(path))

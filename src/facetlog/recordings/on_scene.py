@@ -1,4 +1,4 @@
-"""Where things of a scene are drawn in a recording."""
+"""Places at which a recording draws the things of a scene."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
-    """Each face of a scene with the points (n, 3) of its outline."""
+    """Yield each face of a scene with the points (n, 3) of its outline."""
     points = scene.points
     for face in scene.faces:
         yield face, points[list(face.outline)]
@@ -23,7 +23,8 @@ def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
 def outlined(
     scene: "Scene", recognition: "Recognition"
 ) -> tuple[tuple[str, tuple[FloatArray, ...]], ...]:
-    """What holds, in a line each, and the outlines (n, 3) of the faces that play parts in it.
+    """Return what holds, in a line each, and the outlines (n, 3) of the faces that play parts in
+    it.
 
     Of a verdict without such faces those of all faces.
     """
@@ -39,7 +40,7 @@ def outlined(
 def verdict_places(
     scene: "Scene", recognition: "Recognition"
 ) -> tuple[tuple[str, FloatArray], ...]:
-    """What holds, in a line each, and the middle (3,) of its faces' corners.
+    """Return what holds, in a line each, and the middle (3,) of its faces' corners.
 
     Where nothing does it says so, at the middle of the corners of what was asked about; nothing of
     a scene without corners.
@@ -52,7 +53,9 @@ def verdict_places(
 
 
 def _asked_about(scene: "Scene", recognition: "Recognition") -> FloatArray:
-    """The corners (n, 3) of the things of the verdicts; of the whole scene if there is none."""
+    """Return the corners (n, 3) of the things of the verdicts; of the whole scene if there
+    is none.
+    """
     from facetlog.perception.facts.scene_memo import SceneMemo
 
     memo = SceneMemo.of(scene)

@@ -17,7 +17,7 @@ from facetlog.terminal import one_line
 
 
 class Mistaken(TypedDict):
-    """What was answered, and what would have been right: models, or other words.
+    """A mistake: the answer given and the right one.
 
     `verdicts` are the row's, by model: what they say of which thing is explained.
     """
@@ -35,7 +35,7 @@ class Reason(TypedDict):
 
 
 def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, Any]:
-    """The picture of a scene (PNG, base64) and the reasons; without what cannot be had.
+    """Return the picture of a scene (PNG, base64) and the reasons; without what cannot be had.
 
     Of the wrong answer why it holds, of the right one why it does not.
     """
@@ -63,7 +63,9 @@ def _reasons(base: KnowledgeBase, question: Mistaken) -> Iterator[Reason]:
 
 
 def _reason_for(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
-    """The answer under its title, if there is one; what one question runs into is said there."""
+    """Yield the answer under its title, if there is one; what one question runs into is
+    said there.
+    """
     try:
         lines = list(ask())
     except FacetlogError as exc:
@@ -73,7 +75,7 @@ def _reason_for(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason
 
 
 def _why(base: KnowledgeBase, row: Row) -> Verdict:
-    """The proof of the verdict in the row: of its thing, with the parts that it has there.
+    """Return the proof of the verdict in the row: of its thing, with the parts that it has there.
 
     Without those parts all assignments would be searched anew, which in a cluttered room takes
     minutes. Groups of parts, which stand behind them in the row, follow from them and cannot be

@@ -24,7 +24,9 @@ class ScenePage(TypedDict):
 
 
 def scene_page(item: Item, settings: Settings, sha256: str) -> ScenePage:
-    """The page of a scene whose content is that of its row, by the SHA-256 that the row has."""
+    """Return the page of a scene whose content is that of its row, by the SHA-256 that the
+    row has.
+    """
     try:
         return {"page": _page(item, settings, sha256), "error": None}
     except MemoryError:

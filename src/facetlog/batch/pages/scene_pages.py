@@ -31,7 +31,7 @@ NAME_BYTES = 200
 def check_pages(
     folder: Path, scenes: int, inputs: Iterable[Path], others: Iterable[Path | None]
 ) -> None:
-    """Raises InputError if pages of so many scenes could not be written there: before the run.
+    """Raise InputError if pages of so many scenes could not be written there: before the run.
 
     `inputs` are the files that the run reads, `others` those that it writes as well: the folder is
     to hold the pages alone.
@@ -50,7 +50,7 @@ def check_pages(
 def write_pages(
     folder: Path, done: Finished, workers: Workers, progress: Progress | None = None
 ) -> dict[str, str]:
-    """Writes the pages and their list, all or none; those that cannot be made, by path, with why.
+    """Write the pages and their list, all or none; those that cannot be made, by path, with why.
 
     `workers` make them, of each scene without an error; one at a time is in memory here.
     """
@@ -83,7 +83,7 @@ def write_pages(
 
 
 def page_names(paths: Iterable[str]) -> Iterator[str]:
-    """A file's name for the page of each scene, all different on any system.
+    """Yield a file's name for the page of each scene, all different on any system.
 
     >>> list(page_names(["a/box.glb", "b/Box.ply", "runs/7/scene.json", "in?:/ü *.obj", "index"]))
     ['box.html', 'Box-2.html', '7.html', 'ü_.html', 'index-2.html']
@@ -102,7 +102,9 @@ def page_names(paths: Iterable[str]) -> Iterator[str]:
 
 
 def _plain(path: str) -> str:
-    """The scene's name without what a shell, an address or a file system takes for something."""
+    """Return the scene's name without what a shell, an address or a file system takes for
+    something.
+    """
     place = PurePath(path)
     # What -o writes is known by its folder.
     name = (place.name == SCENE_FILE and place.parent.name) or place.stem
