@@ -161,7 +161,7 @@ def read(path: Path, stated: StatedOptions, scale: str | None) -> Shape:
 
 
 def _explain_up(path: Path, scene: "Scene", *, is_scene: bool, given: bool) -> str:
-    from facetlog.perception.shapes.regions.up_direction import FROM_CAMERAS
+    from facetlog.perception.shapes.regions.floor_and_walls import FROM_CAMERAS
     from facetlog.perception.shapes.shape_options import FORMATS_WITH_UP
 
     if given:
