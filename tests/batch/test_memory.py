@@ -28,20 +28,3 @@ def test_what_is_beyond_the_limit_is_not_had_and_what_is_left_is_known() -> None
         "    print('none')\n"
     )
     assert run.stdout == "True\nnone\n"
-
-
-def test_an_isolated_process_has_a_limit_of_its_own() -> None:
-    run = python(
-        "import resource\n"
-        "from facetlog.batch.memory import limit_memory\n"
-        "from facetlog.kb.knowledge_base import KnowledgeBase\n"
-        "limit_memory(400)\n"
-        "with KnowledgeBase(isolated=True, memory_mb=700) as base:\n"
-        "    list(base.query('true'))\n"
-        "    for what in (resource.RLIMIT_AS, resource.RLIMIT_DATA):\n"
-        "        print(resource.prlimit(base.process_id, what)[0] >> 20)\n"
-    )
-    assert run.stderr == ""
-    address_space, data = map(int, run.stdout.split())
-    assert address_space == 700
-    assert data != 400

@@ -30,8 +30,8 @@ HOLDS = "holds"
 
 TOOK_LONGER = "took longer than"
 """In the error of a scene whose worker was ended."""
-# Errors of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb) and of a
-# worker's memory (memory.py) are told apart by these words, too.
+# Errors of the engine's own limit (engine_pool.py of facetlog.kb) and of a worker's memory
+# (memory.py) are recognised by these words, too.
 RUN_OUT = (TOOK_LONGER, "the time limit was reached", "needs more memory than")
 
 Row: TypeAlias = dict[str, Any]
